@@ -6,7 +6,7 @@
 A mount names two sites: one with a finger's axes at its base (``NAME_pad`` of an exported finger),
 one on the object's face with the axes that the pad's have at touch. In each step the poses are
 read, each pad's wrench found, and applied to both bodies at the object's site, opposite and equal:
-momentum is MuJoCo's to conserve. Geoms of pad and object should not collide.
+momentum is MuJoCo's to conserve. Geoms of pad and object may not collide.
 
 Explicit coupling: the wrench is of the step's begin, velocities go first (the integrators Euler,
 implicit and implicitfast). With M the mass matrix in the joints and K = J' k J the stiffness of all
@@ -62,8 +62,8 @@ class Coupling:
         """share: of the stable step, see :data:`SHARE`.
 
         Raises ImportError without MuJoCo, KeyError for an unknown site, ValueError for the
-        integrator RK4, which evaluates forces within a step, for another share, and for a pad or a
-        site that two mounts have."""
+        integrator RK4, which evaluates forces within a step, for another share, for a pad that two
+        mounts have, and where MuJoCo's own contact of pad and object would act as well."""
         if mujoco is None:
             raise ImportError(
                 "MuJoCo is not installed; get it by: pip install fingerdesign[mujoco]"
@@ -81,6 +81,8 @@ class Coupling:
         self.cuts = True
         pairs = ((each.pad_site, each.object_site) for each in self._mounts)
         self._sites = [(model.site(pad).id, model.site(met).id) for pad, met in pairs]
+        for pad, met in self._sites:
+            _refuse_contact(model, model.site_bodyid[pad], model.site_bodyid[met])
         self._begin()
 
     def reset(self) -> None:
@@ -179,3 +181,21 @@ class Coupling:
             mujoco.mj_jac(self.model, data, way, turn, data.site_xpos[met], body)
             found += sign * np.vstack([way, turn])
         return found
+
+
+def _refuse_contact(model: Any, pad: int, met: int) -> None:
+    """Raise ValueError where geoms of two bodies collide: forces would count twice."""
+    signature = (min(pad, met) << 16) + max(pad, met)
+    off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
+    if off or signature in model.exclude_signature:
+        return
+    first, second = (np.flatnonzero(model.geom_bodyid == body) for body in (pad, met))
+    kinds, meets = model.geom_contype, model.geom_conaffinity
+    both = (kinds[first, None] & meets[second]) | (meets[first, None] & kinds[second])
+    if both.any():
+        names = [model.body(body).name for body in (pad, met)]
+        bodies = " ".join(f'body{k}="{name}"' for k, name in enumerate(names, 1))
+        raise ValueError(
+            f"geoms of the bodies {names} collide, as the pad does: "
+            f"add <contact><exclude {bodies}/></contact>, or set contype and conaffinity to 0"
+        )

@@ -169,6 +169,22 @@ def test_what_cannot_be_coupled_is_refused():
             Coupling(model, [], share)
 
 
+def test_forces_do_not_count_twice():
+    """Geoms of pad and object that collide are refused, unless their bodies are excluded."""
+    geom = '<geom size=".01"/>'
+    pad = f'<body name="pad"><site name="pad"/>{geom}</body>'
+    met = f'<body name="met"><freejoint/><site name="met"/>{geom}</body>'
+    excluded = '<contact><exclude body1="pad" body2="met"/></contact>'
+    for more in ("", excluded):
+        text = f"<mujoco><worldbody>{pad}{met}</worldbody>{more}</mujoco>"
+        given = mujoco.MjModel.from_xml_string(text), [Mount(bumps(1.0)[0], "pad", "met")]
+        if more:
+            Coupling(*given)
+            continue
+        with pytest.raises(ValueError, match='<exclude body1="pad" body2="met"/>'):
+            Coupling(*given)
+
+
 def test_a_step_that_is_none_and_strange_data_are_refused():
     model, coupling = held(bumps(1.0), 0.0, 0.008, 0.05, 1e-3)
     data = mujoco.MjData(model)
