@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree as xml
 
 import numpy as np
-from scipy.spatial import ConvexHull
+from manifold3d import Manifold
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.export import write_triangles
@@ -103,18 +103,11 @@ def describe(
 
 
 def _write_hull(outside: Path, path: Path) -> Path:
-    """Write the convex hull of an STL, wound outward."""
-    points = np.unique(triangles_of(outside).reshape(-1, 3), axis=0)
-    found = ConvexHull(points)
-    points, triangles = points[found.vertices], found.simplices
-    place = np.full(found.vertices.max() + 1, -1)
-    place[found.vertices] = np.arange(len(found.vertices))
-    triangles = place[triangles]
-    corners = points[triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inward = np.einsum("ti,ti->t", normals, found.equations[:, :3]) < 0.0
-    triangles[inward] = triangles[inward][:, ::-1]
-    return write_triangles(points, triangles, path, found.volume, 1e-6 * found.volume)
+    """Write the convex hull of an STL."""
+    hull = Manifold.hull_points(triangles_of(outside).reshape(-1, 3))
+    mesh = hull.to_mesh()
+    volume = hull.volume()
+    return write_triangles(mesh.vert_properties, mesh.tri_verts, path, volume, 1e-6 * volume)
 
 
 def _site(frame: PlateFrame, across: float) -> GageSite:

@@ -29,7 +29,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fingerdesign.arrays import Array
-from fingerdesign.robots.pad import Pad, Touch, rotation_vector
+from fingerdesign.robots.pad import Pad, Touch
 
 try:
     import mujoco
@@ -156,12 +156,13 @@ class Coupling:
     def _forces(self, data: Any) -> Array:
         """Meet the poses; forces (nv,) of all wrenches in the joints."""
         model, total = self.model, np.zeros(self.model.nv)
-        touches = []
+        touches, quaternion, turned = [], np.zeros(4), np.zeros(3)
         for mount, (pad, met) in zip(self._mounts, self._sites, strict=True):
             axes = data.site_xmat[pad].reshape(3, 3)
             point = data.site_xpos[met]
             place = _MM * axes.T @ (point - data.site_xpos[pad])
-            turned = rotation_vector(axes.T @ data.site_xmat[met].reshape(3, 3))
+            mujoco.mju_mat2Quat(quaternion, (axes.T @ data.site_xmat[met].reshape(3, 3)).ravel())
+            mujoco.mju_quat2Vel(turned, quaternion, 1.0)
             touch = mount.pad.meet(place, turned)
             force, moment = axes @ touch.wrench[:3], axes @ touch.wrench[3:] / _MM
             for sign, site in ((1.0, met), (-1.0, pad)):

@@ -26,7 +26,7 @@ all nodes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import degrees, hypot, isfinite, pi, radians
+from math import degrees, isfinite, radians
 
 import numpy as np
 
@@ -397,24 +397,7 @@ def pad_of(
 
 
 def _three(values: Array, name: str, unit: str) -> Array:
-    found = np.asarray(values, dtype=float)
+    found = np.array(values, dtype=float)  # a copy: callers fill theirs again
     if found.shape != (3,) or not isfinite(found.sum()):
         raise ValueError(f"{name} = {found.tolist()}: must be three finite numbers, {unit}")
     return found
-
-
-def rotation_vector(matrix: Array) -> Array:
-    """Rotation vector (3,) rad of a rotation matrix (3, 3).
-
-    >>> turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    >>> rotation_vector(turned).round(6).tolist()
-    [0.0, 0.0, 1.570796]
-    """
-    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
-    skew = 0.5 * np.array([h - f, c - g, d - b])
-    sine, cosine = 0.5 * hypot(h - f, c - g, d - b), 0.5 * (a + e + i - 1.0)
-    if sine < 1e-9 and cosine < 0.0:  # by 180 degrees, about either sense of an axis
-        axes = matrix + np.eye(3)
-        axis = axes[:, np.argmax(np.diag(axes))]
-        return np.asarray(pi / np.linalg.norm(axis) * axis)
-    return skew if sine < 1e-9 else skew * (np.arctan2(sine, cosine) / sine)

@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.robots.pad import Pad, rotation_vector
+from fingerdesign.robots.pad import Pad
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import bump, followed
 
@@ -167,14 +167,6 @@ def test_half_a_finger_reports_what_it_cannot_know():
     assert found.normal_force == pytest.approx(2 * pressed(pad_on(0.5)[0]).normal_force)
     (words,) = pad.meet(np.array([0.0, -0.008, 0.2]), STILL).outside
     assert "0.2 mm out of the plane" in words
-
-
-def test_a_rotation_vector_turns_as_its_matrix():
-    from scipy.spatial.transform import Rotation
-
-    for vector in ([0.3, -0.2, 0.5], [0.0, 0.0, 1e-12], [1.0, 2.0, -1.5], [np.pi, 0.0, 0.0]):
-        matrix = Rotation.from_rotvec(vector).as_matrix()
-        assert rotation_vector(matrix) == pytest.approx(np.array(vector), abs=1e-12)
 
 
 @pytest.mark.parametrize("bad", [[0.0, np.nan, 0.0], [np.inf, 0.0, 0.0], [0.0, 0.0]])
