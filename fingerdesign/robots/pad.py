@@ -398,6 +398,6 @@ def pad_of(
 
 def _three(values: Array, name: str, unit: str) -> Array:
     found = np.array(values, dtype=float)  # a copy: callers fill theirs again
-    if found.shape != (3,) or not isfinite(found.sum()):
+    if found.shape != (3,) or not isfinite(sum(found.tolist())):
         raise ValueError(f"{name} = {found.tolist()}: must be three finite numbers, {unit}")
     return found
