@@ -99,32 +99,37 @@ def estimator_for(
 
 
 @contextmanager
-def naming_out(target: Path, what: str) -> Iterator[None]:
-    """DesignError that names --out for a ResultError of the block: ``target`` is in the way."""
+def naming_out(target: Path, what: str, option: str = "--out") -> Iterator[None]:
+    """DesignError that names the option for a ResultError of the block: ``target`` is in the way.
+
+    --out is the folder above it, any other option the target itself.
+    """
     try:
         yield
     except ResultError as error:
         remedy = f"choose another, for {str(error).removesuffix('; choose another --out')}"
-        fault = Fault("--out", str(target.parent), f"a folder for {what}", remedy)
+        given = target.parent if option == "--out" else target
+        fault = Fault(option, str(given), f"a folder for {what}", remedy)
         raise DesignError([fault]) from error
 
 
-def refuse_foreign(kind: RecordFolder, target: Path) -> None:
+def refuse_foreign(kind: RecordFolder, target: Path, option: str = "--out") -> None:
     """DesignError, before any work, where ``target`` holds what is no older record of the kind."""
-    with naming_out(target, f"a {kind.kind}"):
+    with naming_out(target, f"a {kind.kind}", option):
         kind.refuse_foreign(target)
 
 
 @contextmanager
 def recorded(
-    kind: RecordFolder, target: Path, journal: Path | None = None
+    kind: RecordFolder, target: Path, journal: Path | None = None, option: str = "--out"
 ) -> Iterator[tuple[Path, Progress]]:
     """A folder to write into, which takes the place of ``target``, and progress.
 
     journal: of work that goes on where it stopped; it is one process's, and is gone once the folder
-    stands. Folders above ``target`` that were made for it go where nothing was written.
+    stands. Folders above ``target`` that were made for it go where nothing was written. option: see
+    :func:`naming_out`.
     """
-    refuse_foreign(kind, target)
+    refuse_foreign(kind, target, option)
     missing = [each for each in target.absolute().parents if not each.exists()]
     try:
         with held(journal) if journal is not None else nullcontext():

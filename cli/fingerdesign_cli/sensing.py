@@ -12,6 +12,7 @@ from fingerdesign.control.bench_table import TABLE
 from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.fmi import plant, regulator
+from fingerdesign.control.fmi.pack import WITHOUT_LIBRARY, systems_of
 from fingerdesign.control.trace import read_trace
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
@@ -66,6 +67,7 @@ UNITS = {
     file: RecordFolder("functional mock-up unit", file, (file,))
     for file in (regulator.FILE, plant.FILE)
 }
+_IN_C = RecordFolder("regulator in C", "regulator.c", ("regulator.c", "regulator.h"))
 _DRAWN = ("plates", "modulus", "gains")  # A simulated finger has these faults, if none is given.
 
 
@@ -141,14 +143,7 @@ def export(files: tuple[Path, ...], out: Path, target: Target) -> int:
         return _export_finger(design, folder, target)
     if target.to == "fmu-plant":
         return _export_plant(design, folder, target.fidelity or "plane-strain")
-    estimator = _estimator_of(design, files[0] if len(files) == 2 else None)
-    estimator = estimator if target.noise is None else estimator.at_noise(target.noise)
-    if target.to == "fmu":
-        with recorded(UNITS[regulator.FILE], folder) as (aside, _):
-            content = regulator.fmu(estimator, design.grip)
-            write_whole(aside / regulator.FILE, content)
-        return _show_unit(folder / regulator.FILE, content, {"gages": estimator.gages})
-    return _export_regulator(design, folder, estimator)
+    return _export_regulator(design, folder, files[0] if len(files) == 2 else None, target)
 
 
 def _refuse_target(target: Target, with_estimator: bool) -> None:
@@ -177,14 +172,17 @@ def _export_plant(design: Design, folder: Path, fidelity: str) -> int:
 def _show_unit(path: Path, content: bytes, about: dict[str, int]) -> int:
     kilobytes = 1e-3 * len(content)
     named = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in about.items())
+    systems = systems_of(content)
+    built = f"library for {', '.join(systems)}" if systems else WITHOUT_LIBRARY
     say_result(
         lambda: {
             "design": path.parent.name,
             **about,
             "files": [path.name],
             "kilobytes": kilobytes,
+            "systems": systems,
         },
-        lambda: click.echo(f"{path}: {named}, {kilobytes:.0f} kB"),
+        lambda: click.echo(f"{path}: {named}, {kilobytes:.0f} kB, {built}"),
     )
     return 0
 
@@ -206,23 +204,25 @@ def _export_finger(design: Design, folder: Path, target: Target) -> int:
     return 0
 
 
-def _export_regulator(design: Design, target: Path, estimator: GripEstimator) -> int:
-    written = c_files(estimator, design.grip)
-    kind = RecordFolder("regulator in C", next(iter(written)), tuple(written))
-    with recorded(kind, target) as (folder, _):
-        for file, content in written.items():
-            write_whole(folder / file, content)
+def _export_regulator(design: Design, folder: Path, path: Path | None, target: Target) -> int:
+    """Write the regulator; training, which takes minutes, begins where the folder is free."""
+    is_unit = target.to == "fmu"
+    with recorded(UNITS[regulator.FILE] if is_unit else _IN_C, folder) as (aside, _):
+        estimator = _estimator_of(design, path)
+        estimator = estimator if target.noise is None else estimator.at_noise(target.noise)
+        unit = regulator.fmu(estimator, design.grip) if is_unit else b""
+        texts = {} if is_unit else c_files(estimator, design.grip)
+        for file, content in ({regulator.FILE: unit} if is_unit else texts).items():
+            write_whole(aside / file, content)
+    about = {"gages": estimator.gages}
+    if is_unit:
+        return _show_unit(folder / regulator.FILE, unit, about)
     weights = sum(layer.weight.size for layer in estimator.band.layers)
-    about = {"gages": estimator.gages, "noise_microstrain": estimator.noise}
-    names = f"{target}: {' and '.join(written)}"
+    noise, name = {"noise_microstrain": estimator.noise}, design.design.name
+    words = f"{folder}: {' and '.join(texts)}, {estimator.gages} gages, {weights} weights"
     say_result(
-        lambda: {
-            "design": design.design.name,
-            **about,
-            "weights": weights,
-            "files": list(written),
-        },
-        lambda: click.echo(f"{names}, {estimator.gages} gages, {weights} weights"),
+        lambda: {"design": name, **about, **noise, "weights": weights, "files": list(texts)},
+        lambda: click.echo(words),
     )
     return 0
 

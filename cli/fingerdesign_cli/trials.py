@@ -170,7 +170,7 @@ def _lifts(
     design, _ = read_case(design_file)
     estimator = estimator_for(design, hands.estimator_file, fidelity, hands.names)
     options = StudyOptions(estimator, workers, fidelity)
-    with recorded(lerobot.FOLDER, target) as (folder, show):
+    with recorded(lerobot.FOLDER, target, option="--to") as (folder, show):
         info = run_lifts(design, hands.names, axes.grid(), folder, replace(options, report=show))
     about = {name: info[f"total_{name}"] for name in ("episodes", "frames")}
     about["left_out"] = info["left_out"]

@@ -6,7 +6,7 @@
 A mount names two sites: one with a finger's axes at its base (``NAME_pad`` of an exported finger),
 one on the object's face with the axes that the pad's have at touch. In each step the poses are
 read, each pad's wrench found, and applied to both bodies at the object's site, opposite and equal:
-momentum is MuJoCo's to conserve. Geoms of pad and object should not collide.
+momentum is MuJoCo's to conserve. Geoms of pad and object may not collide.
 
 Explicit coupling: the wrench is of the step's begin, velocities go first (the integrators Euler,
 implicit and implicitfast). With M the mass matrix in the joints and K = J' k J the stiffness of all
@@ -29,7 +29,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fingerdesign.arrays import Array
-from fingerdesign.robots.pad import Pad, Touch, rotation_vector
+from fingerdesign.robots.pad import Pad, Touch
 
 try:
     import mujoco
@@ -54,34 +54,66 @@ class Mount:
 
 class Coupling:
     """Pads in one MuJoCo model. ``touches``: of the last step, one for each mount; parts: of that
-    step; dissipated_mJ: work that friction has taken in all of them; cuts: long steps are cut."""
+    step; dissipated_mJ: work that friction has taken in all of them; cuts: long steps are cut.
+
+    Friction has a history: after ``mj_resetData`` call :meth:`reset`."""
 
     def __init__(self, model: Any, mounts: Sequence[Mount], share: float = SHARE) -> None:
         """share: of the stable step, see :data:`SHARE`.
 
         Raises ImportError without MuJoCo, KeyError for an unknown site, ValueError for the
-        integrator RK4, which evaluates forces within a step."""
+        integrator RK4, which evaluates forces within a step, for another share, for a pad that two
+        mounts have, and where MuJoCo's own contact of pad and object would act as well."""
         if mujoco is None:
             raise ImportError(
                 "MuJoCo is not installed; get it by: pip install fingerdesign[mujoco]"
             )
         if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
             raise ValueError('integrator = "RK4": must be Euler, implicit or implicitfast')
+        if not 0.0 < share <= 1.0:
+            raise ValueError(f"share = {share}: must be over 0 and at most 1, of the stable step")
+        if len({id(each.pad) for each in mounts}) < len(mounts):
+            raise ValueError("a pad is mounted twice: make another by pad_of, each has a history")
+        for each in mounts:
+            if each.pad_site == each.object_site:
+                raise ValueError(f"object_site = {each.object_site!r}: must be on another body")
         self.model, self._mounts, self._share = model, tuple(mounts), share
         self.cuts = True
         pairs = ((each.pad_site, each.object_site) for each in self._mounts)
         self._sites = [(model.site(pad).id, model.site(met).id) for pad, met in pairs]
+        for pad, met in self._sites:
+            _refuse_contact(model, model.site_bodyid[pad], model.site_bodyid[met])
+        self._begin()
+
+    def reset(self) -> None:
+        """Forget all contact: for ``data`` that was reset."""
+        for each in self._mounts:
+            each.pad.reset()
+        self._begin()
+
+    def _begin(self) -> None:
         self.touches: tuple[Touch, ...] = tuple(each.pad.touch for each in self._mounts)
-        self.parts, self.dissipated_mJ = 0, 0.0
+        self.parts, self.dissipated_mJ, self._time = 0, 0.0, -math.inf
         self._pressed, self._stable = [0.0] * len(self._mounts), math.inf
 
     def step(self, data: Any) -> tuple[Touch, ...]:
         """Advance ``data`` by the model's timestep; forces in qfrc_applied act as well.
 
         Raises SolverError where a pad has no accepted answer; data is then as it was in that part.
+        ValueError for a timestep that is none, data of another model, and time that went back.
         """
-        model, own = self.model, data.qfrc_applied.copy()
+        model = self.model
         whole, done = float(model.opt.timestep), 0.0
+        if not 0.0 < whole < math.inf:
+            raise ValueError(f"timestep = {whole}: must be a finite number over 0, s")
+        if len(data.qpos) != model.nq or len(data.site_xpos) != model.nsite:
+            raise ValueError("data: must be of the coupling's model, by mujoco.MjData(model)")
+        if data.time < self._time - 1e-9:
+            raise ValueError(
+                f"data.time = {data.time:g}: must be at least {self._time:g} s, that of the last "
+                "step; call reset() where data was reset"
+            )
+        own = data.qfrc_applied.copy()
         try:
             self.parts = 0
             while whole - done > 1e-9 * whole:
@@ -95,6 +127,7 @@ class Coupling:
         finally:
             model.opt.timestep = whole
             data.qfrc_applied[:] = own
+            self._time = float(data.time)
         return self.touches
 
     def stable_step(self, data: Any) -> float:
@@ -123,12 +156,13 @@ class Coupling:
     def _forces(self, data: Any) -> Array:
         """Meet the poses; forces (nv,) of all wrenches in the joints."""
         model, total = self.model, np.zeros(self.model.nv)
-        touches = []
+        touches, quaternion, turned = [], np.zeros(4), np.zeros(3)
         for mount, (pad, met) in zip(self._mounts, self._sites, strict=True):
             axes = data.site_xmat[pad].reshape(3, 3)
             point = data.site_xpos[met]
             place = _MM * axes.T @ (point - data.site_xpos[pad])
-            turned = rotation_vector(axes.T @ data.site_xmat[met].reshape(3, 3))
+            mujoco.mju_mat2Quat(quaternion, (axes.T @ data.site_xmat[met].reshape(3, 3)).ravel())
+            mujoco.mju_quat2Vel(turned, quaternion, 1.0)
             touch = mount.pad.meet(place, turned)
             force, moment = axes @ touch.wrench[:3], axes @ touch.wrench[3:] / _MM
             for sign, site in ((1.0, met), (-1.0, pad)):
@@ -148,3 +182,21 @@ class Coupling:
             mujoco.mj_jac(self.model, data, way, turn, data.site_xpos[met], body)
             found += sign * np.vstack([way, turn])
         return found
+
+
+def _refuse_contact(model: Any, pad: int, met: int) -> None:
+    """Raise ValueError where geoms of two bodies collide: forces would count twice."""
+    signature = (min(pad, met) << 16) + max(pad, met)
+    off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
+    if off or signature in model.exclude_signature:
+        return
+    first, second = (np.flatnonzero(model.geom_bodyid == body) for body in (pad, met))
+    kinds, meets = model.geom_contype, model.geom_conaffinity
+    both = (kinds[first, None] & meets[second]) | (meets[first, None] & kinds[second])
+    if both.any():
+        names = [model.body(body).name for body in (pad, met)]
+        bodies = " ".join(f'body{k}="{name}"' for k, name in enumerate(names, 1))
+        raise ValueError(
+            f"geoms of the bodies {names} collide, as the pad does: "
+            f"add <contact><exclude {bodies}/></contact>, or set contype and conaffinity to 0"
+        )

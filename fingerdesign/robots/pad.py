@@ -15,7 +15,8 @@ directions in which the face goes on (a plane's x, z and turn about y) it is whe
 last free, and it follows the object where the whole contact slides: what sticks moves with it.
 
 Motions are small: a rotation beyond MOST_DEG, or motions out of the plane of a model of half a
-finger, are reported as ``outside``. An object that outruns the candidate zone is a ZoneExhausted.
+finger, are reported as ``outside``, and so is contact past the edge of a face that has one; where
+the crest is past it the object is free. Contact that outruns the candidate zone is a ZoneExhausted.
 
 Solved for are the nodes that the object is near to. Gaps of the others are bounded in each step;
 where the bound fails they are computed, and below _NEAR_MM more nodes join: answers are those of
@@ -25,7 +26,7 @@ all nodes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import degrees, hypot, radians
+from math import degrees, isfinite, radians
 
 import numpy as np
 
@@ -36,7 +37,7 @@ from fingerdesign.contact.laws import STICK
 from fingerdesign.contact.measures import Measures, measure
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.tangent import force_response
-from fingerdesign.control.signals import reading_readout
+from fingerdesign.control.signals import FACES, reading_readout
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
@@ -102,14 +103,23 @@ class Pad:
         crest_mm: float,
         goes_on: tuple[bool, bool, bool] = PLANE,
         kinetic_share: float = 1.0,
+        half_face_mm: tuple[float, float] | None = None,
     ) -> None:
         """problem: posed at first touch. face: of the gages. crest_mm: height of the touch.
 
-        goes_on: whether the face goes on along x, along z and about y, as a plane does. A finger
-        with loads of its own raises ValueError.
+        goes_on: whether the face goes on along x, along z and about y, as a plane does.
+        half_face_mm: from the object's point to the face's edges along x and z; None: no edge.
+        A finger with loads of its own, and values without meaning, raise ValueError.
         """
         if problem.model.load_displacement is not None:
             raise ValueError("a finger with loads of its own cannot meet a moving object")
+        if face not in FACES:
+            raise ValueError(f"face = {face!r}: must be one of {', '.join(FACES)}")
+        if not isfinite(crest_mm):
+            raise ValueError(f"crest_mm = {crest_mm}: must be a finite number")
+        if half_face_mm is not None and not all(each > 0.0 for each in half_face_mm):
+            raise ValueError(f"half_face_mm = {half_face_mm}: must be over 0; None: no edge")
+        self._edge = half_face_mm
         self._face, self._crest, self._share = face, crest_mm, kinetic_share
         self._goes_on = np.array(goes_on)
         model, dim = problem.model, problem.model.dimension
@@ -125,20 +135,23 @@ class Pad:
             ]
         )[..., :dim]
         rigid[self._out] = 0.0
-        self._all, self._all_rigid = problem, rigid
+        self._all, self._all_rigid, self._points = problem, rigid, points
         self._all_local = np.einsum("mab,kmb->kma", problem.frames, rigid)
         self._width = float(np.ptp(points[:, 2])) or model.depth
         self._reach = 3.0 * float(np.abs(points).max()) + abs(crest_mm)
-        self._anchor, self._turn = np.array([0.0, crest_mm, 0.0]), 0.0
-        self._about = np.eye(6)
+        self._about, self._blank = np.eye(6), np.zeros(len(model.gage_x))
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all contact: the object is as before its first touch."""
+        self._anchor, self._turn = np.array([0.0, self._crest, 0.0]), 0.0
         self._carried = np.zeros(2)  # x and z of the anchor's own way, mm
-        self._blank, self._rotation = np.zeros(len(model.gage_x)), np.zeros(3)
+        self._rotation = np.zeros(3)
         self.touch = Touch(np.zeros(6), self._blank)
         # Friction that falls in motion has a history at each node: all take part.
-        count = (
-            model.nodes if kinetic_share != 1.0 else min(model.nodes, max(_LEAST, model.nodes // 4))
-        )
-        self._take(np.sort(np.argsort(problem.gap0, kind="stable")[:count]))
+        every = self._all.model.nodes
+        count = every if self._share != 1.0 else min(every, max(_LEAST, every // 4))
+        self._take(np.sort(np.argsort(self._all.gap0, kind="stable")[:count]))
 
     def _take(self, nodes: IntArray) -> None:
         """Solve on these nodes (k,), rising, from now on."""
@@ -158,7 +171,14 @@ class Pad:
         self._slack, self._checked = 0.0, ([0.0] * 3, [0.0] * 3, np.zeros(part.shape))
 
     def meet(self, place: Array, rotation: Array) -> Touch:
-        """Go on to a pose: ``place`` (3,) mm, ``rotation`` (3,) rad. Raises SolverError."""
+        """Go on to a pose: ``place`` (3,) mm, ``rotation`` (3,) rad.
+
+        Raises SolverError without an accepted answer, ValueError for what is no pose; the pad is
+        then as it was.
+        """
+        place, rotation = _three(place, "place", "mm"), _three(rotation, "rotation", "rad")
+        if self._edge is not None and (np.abs(place[::2]) >= self._edge).any():
+            return self._leave(place, rotation)  # the crest is past the edge
         if self.touch.increment is None:
             self._rest(place, rotation)
         before, nodes = self._history.state, self._nodes
@@ -174,6 +194,10 @@ class Pad:
         history = self._history
         sums = self._sums @ increment.force.reshape(-1)
         outside, wrench = self._outside(place, rotation), self._wrench(sums[:6])
+        if self._edge is not None:
+            closed = self._points[self._nodes[increment.multiplier[:, 0] > 0.0]]
+            if (np.abs(closed - place)[:, ::2] > self._edge).any():
+                outside += ("contact past the edge of the face",)
         solved = history.problem
         history.accept(increment)
         self.touch = Touch(wrench, sums[6:], outside, solved, increment)
@@ -348,12 +372,15 @@ def pad_of(
     fidelity: str = "3d",
     whole: bool = True,
     met: SceneObject | None = None,
+    half_face_mm: tuple[float, float] | None = None,
 ) -> Pad:
     """Condense a design's finger for a moving object; several seconds, less from the cache.
 
     whole: both halves, for an object that is free in space; half a finger is a third of the work.
-    met: the object's shape, at touch; None: a plane. Raises DesignError where the design cannot be
-    gripped with, and for a face that is tilted or turned at touch.
+    met: the object's shape, at touch; None: a plane. half_face_mm: see :class:`Pad`; without it the
+    pad presses a plane also where the object has long been dropped.
+    Raises DesignError where the design cannot be gripped with, and for a face that is tilted or
+    turned at touch.
     """
     met = SceneObject() if met is None else met
     if met.tilt_deg or met.turn_deg:
@@ -366,19 +393,11 @@ def pad_of(
     round_bar = met.axis if met.shape == "cylinder" else ""
     goes_on = (flat or round_bar == "x", flat or round_bar == "z", flat or met.shape == "sphere")
     crest, share = crest_height(design.body), design.grip.kinetic_share
-    return Pad(problem, design.gages.face, crest, goes_on, share)
+    return Pad(problem, design.gages.face, crest, goes_on, share, half_face_mm)
 
 
-def rotation_vector(matrix: Array) -> Array:
-    """Rotation vector (3,) rad of a rotation matrix (3, 3).
-
-    >>> turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    >>> rotation_vector(turned).round(6).tolist()
-    [0.0, 0.0, 1.570796]
-    """
-    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
-    skew = 0.5 * np.array([h - f, c - g, d - b])
-    sine, cosine = 0.5 * hypot(h - f, c - g, d - b), 0.5 * (a + e + i - 1.0)
-    if sine < 1e-9 and cosine < 0.0:
-        raise ValueError("an object turned by 180 degrees has no small rotation")
-    return skew if sine < 1e-9 else skew * (np.arctan2(sine, cosine) / sine)
+def _three(values: Array, name: str, unit: str) -> Array:
+    found = np.array(values, dtype=float)  # a copy: callers fill theirs again
+    if found.shape != (3,) or not isfinite(sum(found.tolist())):
+        raise ValueError(f"{name} = {found.tolist()}: must be three finite numbers, {unit}")
+    return found

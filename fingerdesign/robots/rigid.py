@@ -33,6 +33,8 @@ _SOLIDS_G_CM3 = {
     "polyimide": 1.42,
 }
 
+MOST_G_CM3 = 30.0  # The densest metal has 22.6.
+
 
 @dataclass(frozen=True)
 class RigidBody:
@@ -75,7 +77,8 @@ def rigid_body(parts: Iterable[tuple[Array, float]]) -> RigidBody:
 def densities(design: Design, given: Mapping[str, float]) -> dict[str, float]:
     """Density of each part, g/cm^3; ``given``: by the material's name, before the usual ones.
 
-    DesignError for a plate's or core's material without one, and for a name that no part has.
+    DesignError for a plate's or core's material without one, for a name that no part has, and for a
+    number that is no density.
     """
     parts = {"body": design.body.material}
     if design.plates.number and design.plates.model != "none":
@@ -86,6 +89,11 @@ def densities(design: Design, given: Mapping[str, float]) -> dict[str, float]:
         Fault("--density", name, f"a material of it: {', '.join(parts.values())}", "correct it")
         for name in given
         if name not in parts.values()
+    ]
+    faults += [
+        Fault(f"--density {name}", value, f"over 0 and at most {MOST_G_CM3:g} g/cm^3", "correct it")
+        for name, value in given.items()
+        if not 0.0 < value <= MOST_G_CM3
     ]
     usual = {**dict.fromkeys(MATERIALS, density_of(design)), **DENSITIES_G_CM3, **_SOLIDS_G_CM3}
     found = {"body": given.get(parts["body"], density_of(design))}

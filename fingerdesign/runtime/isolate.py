@@ -321,7 +321,7 @@ class _Process:
 
     def kill(self) -> None:
         """End it and its group; from any thread."""
-        _kill_group(self._process)
+        kill_group(self._process)
 
     def ending(self) -> ProcessError:
         """Report in words how it ended."""
@@ -388,7 +388,7 @@ def _end(
 ) -> None:
     if owner != os.getpid():  # a fork's copy: the process is its parent's
         return
-    _kill_group(process)
+    kill_group(process)
     process.wait()
     for thread in threads:
         thread.join(1.0)
@@ -398,7 +398,7 @@ def _end(
                 stream.close()
 
 
-def _kill_group(process: subprocess.Popen[bytes]) -> None:
+def kill_group(process: subprocess.Popen[bytes]) -> None:
     """End a process and its group, also where only what it started is left."""
     if hasattr(os, "killpg"):
         with contextlib.suppress(ProcessLookupError, PermissionError):

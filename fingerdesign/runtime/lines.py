@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.runtime.isolate import kill_group
 
 _MOST_BYTES = 1_000_000  # of an answer
 
@@ -33,6 +34,7 @@ class LineProgram:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 bufsize=0,
+                start_new_session=True,  # so that what it starts ends with it
             )
         except OSError as error:
             raise self._wrong(f"it does not start: {error}") from None
@@ -79,7 +81,7 @@ def _read(stream: IO[bytes], lines: queue.SimpleQueue[bytes]) -> None:
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    process.kill()
+    kill_group(process)
     if process.stdin is not None:
         process.stdin.close()
     process.wait()

@@ -23,7 +23,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.episode import Episode
-from fingerdesign.errors import SolverError
+from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.trials.bench import Bench, GripBench, PerturbedBench
@@ -84,6 +84,20 @@ def _frames(episode: Episode) -> dict[str, Array]:
     }
 
 
+def refuse(rate_Hz: float) -> None:
+    """DesignError without pyarrow, and for a rate that the format, which has whole frames a second,
+    cannot hold."""
+    faults = []
+    if pyarrow is None:
+        remedy = "get it by: pip install 'fingerdesign[lerobot]'"
+        faults += [Fault("--to", "lerobot", "used where pyarrow is installed", remedy)]
+    if rate_Hz != round(rate_Hz):
+        bound = "a whole number for a LeRobot data set: its frames a second are whole"
+        faults += [Fault("grip.hardware.sample_rate_Hz", rate_Hz, bound, "set it to one")]
+    if faults:
+        raise DesignError(faults)
+
+
 def features(gages: int) -> dict[str, dict[str, Any]]:
     """Types, shapes and names as info.json has them; mm, N, microstrain."""
     state = [f"gage_{k + 1}" for k in range(gages)]
@@ -114,10 +128,10 @@ def write_lifts(
     """Run all cells and write their lifts; return what info.json holds, and ``left_out``: the
     number of lifts that came to no end (a bench or a solver failed).
 
-    Raises ImportError without pyarrow, SolverError where a process died or no lift came to its end.
+    Raises DesignError as :func:`refuse`, SolverError where a process died or no lift came to its
+    end.
     """
-    if pyarrow is None:
-        raise ImportError("pyarrow is not installed; get it by: pip install fingerdesign[lerobot]")
+    refuse(rate_Hz)
     writer = _Writer(folder, rate_Hz)
     found = in_processes(lifts_of, bench, batches, workers)
     for done, (_, lifts) in enumerate(found, 1):

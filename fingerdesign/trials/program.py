@@ -49,10 +49,12 @@ def program(command: str) -> Iterator[None]:
 
     DesignError where it does not start.
     """
-    words = shlex.split(command)
     try:
+        words = shlex.split(command)
+        if not words:
+            raise ValueError("it is empty")
         LineProgram(words, Path.cwd()).end()
-    except (ProgramError, IndexError) as error:
+    except (ProgramError, ValueError) as error:
         fault = Fault("--program", command, "a command that can be run", str(error))
         raise DesignError([fault]) from error
     os.environ[_PROGRAM] = json.dumps([words, str(Path.cwd())])
@@ -88,7 +90,8 @@ class _Piped:
     def command(self, sample: Sample) -> Command:
         answer = self._ask({"sample": plain(asdict(sample))})
         if not isinstance(answer, dict) or not {"dx", "dy"} <= set(answer) <= _KEYS:
-            raise ProgramError(f"the program answered {answer!r:.80}: dx and dy are needed")
+            words = "dx and dy are needed, and only the values of control/command.py are known"
+            raise ProgramError(f"the program answered {answer!r:.80}: {words}")
         return Command(**{"hold": False, **answer})
 
     def _ask(self, question: Any) -> Any:

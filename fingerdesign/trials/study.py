@@ -19,7 +19,7 @@ from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import DesignError
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
@@ -39,6 +39,7 @@ from fingerdesign.sensing.model import (
 from fingerdesign.sensing.perturb.finger import refuse_faults
 from fingerdesign.sensing.train.ready import estimator_of
 from fingerdesign.sensing.train.result import estimator_faults
+from fingerdesign.trials import lerobot
 from fingerdesign.trials.bench import GripBench, PerturbedBench
 from fingerdesign.trials.grid import (
     GOOD_AMPLIFIER,
@@ -48,7 +49,6 @@ from fingerdesign.trials.grid import (
     refuse,
     seed_of,
 )
-from fingerdesign.trials.lerobot import write_lifts
 from fingerdesign.trials.page import chart_png, control_html
 from fingerdesign.trials.record import (
     CSV_FILE,
@@ -167,19 +167,16 @@ def run_lifts(
 ) -> dict[str, Any]:
     """Run every grip, and write what its hand measured and did as a LeRobot data set.
 
-    Raises as :func:`run_study`; ImportError without pyarrow; DesignError for a rate that is not
-    whole, which the format does not know.
+    Raises as :func:`run_study`, and DesignError as :func:`lerobot.refuse`.
     """
     names, rate = tuple(dict.fromkeys(controllers)), design.grip.hardware.sample_rate_Hz
-    if rate != round(rate):
-        remedy = "round it"
-        raise DesignError([Fault("grip.hardware.sample_rate_Hz", rate, "a whole number", remedy)])
+    lerobot.refuse(rate)
     refuse(grid, names)
     _refuse_perturbed(design, grid, options.fidelity)
     bench = _grip_bench(design, names, grid, options, Clock())
     judged, batches = _judging(bench, design, options.fidelity), list(grid.batches(names))
     with one_thread():
-        return write_lifts(judged, rate, batches, folder, options.workers, options.report)
+        return lerobot.write_lifts(judged, rate, batches, folder, options.workers, options.report)
 
 
 def _refuse_perturbed(design: Design, grid: ControlGrid, fidelity: Fidelity) -> None:

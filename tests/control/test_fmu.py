@@ -1,14 +1,18 @@
 """The regulator as a functional mock-up unit: its content, fmpy's judgement, bits of numpy."""
 
+import json
 import zipfile
 from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from fingerdesign_cli import sensing
 
 from fingerdesign.control.estimator import FingerCurves
+from fingerdesign.control.fmi.pack import systems_of
 from fingerdesign.control.fmi.regulator import FILE, fmu
+from fingerdesign.runtime import native
 from tests.control.test_c_code import COMPILER, CROSS_TALK, GAGES, GRIP, estimator
 from tests.support.singles import SingleRegulator
 from tests.support.units import Running
@@ -70,8 +74,30 @@ def test_fmpy_finds_no_fault(unit, tmp_path):
     running = Running(unit, tmp_path)
     with pytest.raises(Exception, match="fmi2DoStep"):
         running.slave.doStep(0.0, 1.5 * running.period)
-    with pytest.raises(Exception, match="fmi2ExitInitializationMode"):
-        Running(unit, tmp_path / "late", delay=121)
+    assert f"must be one sample of the hand, {running.period} s" in running.log[-1]
+    for wrong in ({"delay": 121}, {"stiffness": 0.0}, {"cross_talk": np.nan}):
+        with pytest.raises(Exception, match="fmi2ExitInitializationMode"):
+            Running(unit, tmp_path / next(iter(wrong)), **wrong)
+
+
+def test_without_a_compiler_a_unit_says_so(monkeypatch, tmp_path, terminal):
+    """It holds the sources, and both outputs report that no system has a library."""
+    monkeypatch.setattr(native, "_COMPILERS", ())
+    given = ["export", "sensitive", "--to", "fmu", "--out", tmp_path]
+    assert json.loads(terminal(*given, "--json").out)["systems"] == []
+    assert "no library, as no C compiler was found" in terminal(*given).out
+    assert systems_of((tmp_path / "sensitive" / FILE).read_bytes()) == []
+
+
+@pytest.mark.parametrize("target", ["c", "fmu", "fmu-plant", "mjcf", "urdf"])
+def test_a_folder_of_others_is_refused_before_training(target, monkeypatch, tmp_path, terminal):
+    for name in ("_estimator_of", "grip_problem"):
+        monkeypatch.setattr(sensing, name, lambda *given: pytest.fail("work was begun"))
+    (tmp_path / "block").mkdir()
+    (tmp_path / "block" / "mine.txt").touch()
+    printed = terminal("export", "block", "--to", target, "--out", tmp_path, code=2).err
+    assert f"--out = {tmp_path}" in printed
+    assert "choose another, for" in printed
 
 
 @pytest.mark.slow

@@ -149,10 +149,10 @@ def test_what_does_not_fit_is_refused(finger):
     design, problem = finger
     with pytest.raises(DesignError, match=r"grip\.kinetic_share = 0\.8: must be 1"):
         plant.plant_fmu(problem, with_values(design, {"grip.kinetic_share": 0.8}))
-    large = contact_problem(bump(14), Plane(0.0), 0.4)  # 196 nodes in space
+    large = contact_problem(bump(16), Plane(0.0), 0.4)  # 256 nodes in space
     noise = np.random.default_rng(0).normal(size=large.compliance.shape)
     large.compliance[:] = noise + noise.T  # doubles of a finger have no pattern, a bump's have
-    with pytest.raises(DesignError, match="196 contact nodes in 3-D: must be 1000 kB"):
+    with pytest.raises(DesignError, match="256 contact nodes in 3-D: must be 1000 kB"):
         plant.plant_fmu(large, design)
 
 

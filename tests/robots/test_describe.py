@@ -8,6 +8,7 @@ import pytest
 
 from fingerdesign import load_design
 from fingerdesign.design.shipped import shipped_names
+from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume, plate_volume
 from fingerdesign.robots.describe import _roll_pitch_yaw, describe, mjcf, urdf
@@ -78,10 +79,25 @@ def test_export_writes_the_finger_or_says_what_is_wrong(tmp_path, terminal):
     heavier = terminal(*given, "--density", "silicone", "2.2", "--json").out
     assert json.loads(heavier)["mass_g"] > 1.7 * printed["mass_g"]
     assert "--density = gold" in terminal(*given, "--density", "gold", "19", code=2).err
+    for wrong in ("nan", "0", "-1", "31"):
+        assert "--density" in terminal(*given, "--density", "silicone", wrong, code=2).err
+    flexed = [*given[:3], "mjcf", "--out", tmp_path / "new", "--flex"]
+    assert all("--flex" in terminal(*flexed, wrong, code=2).err for wrong in ("nan", "0", "21"))
+    assert not (tmp_path / "new").exists()
     assert "c and fmu alone" in terminal(*given, "--noise", "1", code=2).err
     assert "mjcf alone" in terminal(*given, "--flex", "2", code=2).err
     other = terminal(*given[:3], "mjcf", *given[4:], code=2).err
     assert "finger.urdf" in other  # another kind of folder is not replaced
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.0, -1.0])
+def test_a_number_that_is_no_density_or_size_is_refused(wrong, tmp_path):
+    design = load_design("block")
+    with pytest.raises(DesignError, match="--density silicone = "):
+        describe(design, tmp_path, {"silicone": wrong})
+    with pytest.raises(DesignError, match="--flex = "):
+        describe(design, tmp_path, None, wrong)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_mujoco_reads_masses_and_sites(block):

@@ -158,4 +158,56 @@ def test_what_cannot_be_coupled_is_refused():
         held(bumps(1.0), 0.0, 0.008, 0.05, 1e-3, integrator="RK4")
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     with pytest.raises(KeyError, match="nowhere"):
-        Coupling(model, [Mount(bumps(1.0)[0], "nowhere", "nowhere")])
+        Coupling(model, [Mount(bumps(1.0)[0], "nowhere", "neither")])
+    with pytest.raises(ValueError, match="on another body"):
+        Coupling(model, [Mount(bumps(1.0)[0], "left", "left")])
+    one = bumps(1.0)[0]
+    with pytest.raises(ValueError, match="mounted twice"):
+        held([one, one], 0.0, 0.008, 0.05, 1e-3)
+    for share in (0.0, -1.0, 2.0, np.nan):
+        with pytest.raises(ValueError, match="share = "):
+            Coupling(model, [], share)
+
+
+def test_forces_do_not_count_twice():
+    """Geoms of pad and object that collide are refused, unless their bodies are excluded."""
+    geom = '<geom size=".01"/>'
+    pad = f'<body name="pad"><site name="pad"/>{geom}</body>'
+    met = f'<body name="met"><freejoint/><site name="met"/>{geom}</body>'
+    excluded = '<contact><exclude body1="pad" body2="met"/></contact>'
+    for more in ("", excluded):
+        text = f"<mujoco><worldbody>{pad}{met}</worldbody>{more}</mujoco>"
+        given = mujoco.MjModel.from_xml_string(text), [Mount(bumps(1.0)[0], "pad", "met")]
+        if more:
+            Coupling(*given)
+            continue
+        with pytest.raises(ValueError, match='<exclude body1="pad" body2="met"/>'):
+            Coupling(*given)
+
+
+def test_a_step_that_is_none_and_strange_data_are_refused():
+    model, coupling = held(bumps(1.0), 0.0, 0.008, 0.05, 1e-3)
+    data = mujoco.MjData(model)
+    for step in (0.0, -1e-3, np.nan, np.inf):
+        model.opt.timestep = step
+        with pytest.raises(ValueError, match="timestep = "):
+            coupling.step(data)
+    model.opt.timestep = 1e-3
+    with pytest.raises(ValueError, match="of the coupling's model"):
+        coupling.step(mujoco.MjData(mujoco.MjModel.from_xml_string("<mujoco/>")))
+
+
+def test_an_episode_after_reset_is_the_same_again():
+    """Data that was reset is refused until the pads are reset as well: friction has a history."""
+    model, coupling = held(bumps(0.3), 0.0, 0.008, 0.05, 1e-3)
+    data = mujoco.MjData(model)
+
+    def episode():
+        return [coupling.step(data)[0].wrench.tolist() for _ in range(20)]
+
+    first = episode()
+    mujoco.mj_resetData(model, data)
+    with pytest.raises(ValueError, match=r"call reset\(\)"):
+        coupling.step(data)
+    coupling.reset()
+    assert episode() == first

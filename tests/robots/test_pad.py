@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.robots.pad import Pad, rotation_vector
+from fingerdesign.robots.pad import Pad
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import bump, followed
 
@@ -169,11 +169,54 @@ def test_half_a_finger_reports_what_it_cannot_know():
     assert "0.2 mm out of the plane" in words
 
 
-def test_a_rotation_vector_turns_as_its_matrix():
-    from scipy.spatial.transform import Rotation
+@pytest.mark.parametrize("bad", [[0.0, np.nan, 0.0], [np.inf, 0.0, 0.0], [0.0, 0.0]])
+def test_what_is_no_pose_is_refused_and_changes_nothing(bad):
+    pad, other = pad_on(0.5)[0], pad_on(0.5)[0]
+    pressed(pad), pressed(other)
+    for pose, name in (((bad, STILL), "place"), ((STILL, bad), "rotation")):
+        with pytest.raises(ValueError, match=f"{name} = .*three finite numbers"):
+            pad.meet(*pose)
+    slid = np.array([0.003, -0.008, 0.0])
+    assert (pad.meet(slid, STILL).wrench == other.meet(slid.tolist(), STILL).wrench).all()
 
-    for vector in ([0.3, -0.2, 0.5], [0.0, 0.0, 1e-12], [1.0, 2.0, -1.5]):
-        matrix = Rotation.from_rotvec(vector).as_matrix()
-        assert rotation_vector(matrix) == pytest.approx(np.array(vector), abs=1e-12)
-    with pytest.raises(ValueError, match="180"):
-        rotation_vector(np.diag([1.0, -1.0, -1.0]))
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"face": "top"}, "face = 'top': must be one of upper"),
+        ({"crest_mm": np.nan}, "crest_mm = nan"),
+        ({"half_face_mm": (1.0, np.nan)}, "half_face_mm = "),
+        ({"half_face_mm": (0.0, 1.0)}, "half_face_mm = "),
+    ],
+)
+def test_a_pad_without_meaning_is_refused(more, words):
+    problem = contact_problem(bump(5), Plane(0.0), 0.5)
+    with pytest.raises(ValueError, match=words):
+        Pad(problem, **{"face": "both", "crest_mm": 0.0, **more})
+
+
+def test_a_face_ends_at_its_edge():
+    """The crest leaves a face of 0.5 mm: first contact past the edge is reported, then it is free;
+    a face without an edge is pressed on."""
+    pad, endless = pad_on(0.2, half_face_mm=(0.5, 5.0))[0], pad_on(0.2)[0]
+    found = {}
+    for way in np.linspace(0.0, 0.52, 40):
+        pose = np.array([way, -0.008, 0.0]), STILL
+        found[way], other = pad.meet(*pose), endless.meet(*pose)
+        if way < 0.5:
+            assert (found[way].wrench == other.wrench).all()
+    assert found[0.0].outside == ()
+    assert "past the edge" in found[max(way for way in found if way < 0.5)].outside[0]
+    assert not found[0.52].wrench.any()
+    assert other.normal_force > 0.0
+
+
+def test_a_pad_that_is_reset_is_as_a_new_one():
+    pad, new = pad_on(0.3)[0], pad_on(0.3)[0]
+    pressed(pad)
+    for k in range(1, 9):
+        pad.meet(np.array([0.004 * k, -0.008, 0.001 * k]), STILL)
+    pad.reset()
+    assert not pad.touch.wrench.any()
+    for pose in ([0.0, -0.006, 0.0], [0.002, -0.006, 0.001]):
+        assert (pad.meet(pose, STILL).wrench == new.meet(pose, STILL).wrench).all()

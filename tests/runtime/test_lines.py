@@ -3,6 +3,7 @@
 import sys
 import time
 
+import psutil
 import pytest
 
 from fingerdesign.runtime.lines import LineProgram, ProgramError
@@ -43,3 +44,14 @@ def test_a_program_that_does_not_answer_is_ended(text, words, tmp_path):
 def test_a_program_that_is_not_there_is_named(tmp_path):
     with pytest.raises(ProgramError, match="no_such_program"):
         LineProgram(["no_such_program"], tmp_path)
+
+
+def test_what_a_program_starts_ends_with_it(tmp_path):
+    """A shell's child would hold standard error open, and its caller would wait for it."""
+    text = "import subprocess, sys; input()\n"
+    text += "child = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(60)'])\n"
+    text += "print(child.pid, flush=True); child.wait()"
+    program = started(text, tmp_path)
+    child = psutil.Process(program.ask({}))
+    program.end()
+    child.wait(timeout=5.0)  # raises where it lives on

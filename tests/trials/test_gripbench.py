@@ -145,6 +145,7 @@ def test_what_would_change_the_set_is_refused(tmp_path, terminal):
     assert "leave out frictions" in terminal(*base, "--friction", "0.3", code=2).err
     assert "fidelity" in terminal(*base, "--fidelity", "3d", code=2).err
     assert "--held-out = guess" in terminal(*base, "--held-out", "guess", code=2).err
-    assert "--program = nothing_here" in terminal(*base, "--program", "nothing_here", code=2).err
+    for wrong in ("nothing_here", "'open", ""):
+        assert f"--program = {wrong}: must be" in terminal(*base, "--program", wrong, code=2).err
     other = ["study", "sensitive", "--held-out", "guess", "--out", tmp_path]
     assert "gripbench" in terminal(*other, code=2).err

@@ -4,10 +4,14 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fingerdesign.trials import lerobot, study
+
+ROOT = Path(__file__).parents[2]
 parquet = pytest.importorskip("pyarrow.parquet", reason="pip install 'fingerdesign[lerobot]'")
 GIVEN = [
     "--controller",
@@ -131,8 +135,23 @@ def test_its_own_loader_reads_it(data_set):
 def test_what_cannot_be_a_data_set_is_refused(tmp_path, terminal):
     (tmp_path / "data").mkdir()
     base = ["study", "film_tees", *GIVEN, "--to", "lerobot"]
-    assert "choose another" in terminal(*base, tmp_path, code=2).err
+    (tmp_path / "file").touch()
+    for wrong in (tmp_path, tmp_path / "file", tmp_path / "file" / "below"):
+        printed = terminal(*base, wrong, code=2).err
+        assert f"--to = {wrong}: must be a folder" in printed
+        assert "choose another" in printed
     assert "--tune" in terminal(*base, tmp_path / "new", "--tune", code=2).err
     other = ["study", "gripbench", "--to", "lerobot", tmp_path / "new"]
     assert "only judges" in terminal(*other, code=2).err
+    assert not (tmp_path / "new").exists()
+
+
+def test_what_is_missing_or_not_whole_is_refused_before_meshing(monkeypatch, tmp_path, terminal):
+    text = (ROOT / "designs/film_tees.toml").read_text()
+    (tmp_path / "slow.toml").write_text(f"{text}\n[grip.hardware]\nsample_rate_Hz = 250.5\n")
+    monkeypatch.setattr(lerobot, "pyarrow", None)
+    monkeypatch.setattr(study, "_grip_bench", lambda *given: pytest.fail("work was begun"))
+    printed = terminal("study", tmp_path / "slow.toml", "--to", "lerobot", tmp_path / "new", code=2)
+    assert "pip install 'fingerdesign[lerobot]'" in printed.err
+    assert "grip.hardware.sample_rate_Hz = 250.5: must be a whole number" in printed.err
     assert not (tmp_path / "new").exists()

@@ -21,6 +21,7 @@ from fingerdesign_cli.options import (
     numbers_option,
     open_option,
     out_option,
+    output_folder,
     output_options,
     result_options,
     scene_option,
@@ -34,6 +35,14 @@ def _finite(
     """NaN passes any range of click's."""
     if value is not None and not math.isfinite(value):
         raise click.BadParameter(f"{value} is not a finite number", param=parameter)
+    return value
+
+
+def _new_folder(
+    context: click.Context, parameter: click.Parameter, value: tuple[str, Path] | None
+) -> tuple[str, Path] | None:
+    """Refuse the folder of a data set before any work."""
+    output_folder(context, parameter, value[1] if value else None)
     return value
 
 
@@ -190,6 +199,7 @@ noise_of_the_rig = click.option(
     "--flex",
     "flex_mm",
     type=click.FloatRange(0.2, 20.0),
+    callback=_finite,
     metavar="MM",
     help="For mjcf: the rubber as a flex of tetrahedra of this size, which has no plates in it.",
 )
@@ -267,7 +277,8 @@ def export() -> None:
 )
 @click.option(
     "--to",
-    type=(click.Choice(["lerobot"]), click.Path(file_okay=False, path_type=Path)),
+    type=(click.Choice(["lerobot"]), FILE),
+    callback=_new_folder,
     metavar="lerobot DIR",
     help="Write the lifts, sample by sample, as a LeRobot data set into a new DIR; judge nothing.",
 )

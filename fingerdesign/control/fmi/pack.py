@@ -21,6 +21,7 @@ from xml.etree import ElementTree as xml
 from fingerdesign.runtime.native import made_library
 
 _PLATFORMS = {"x86_64": "linux64", "aarch64": "aarch64-linux"}
+WITHOUT_LIBRARY = "no library, as no C compiler was found: build it from the sources inside"
 _UNITS = ("N", "mm", "N/mm", "g", "microstrain")
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # The same unit is the same bytes.
 
@@ -95,6 +96,13 @@ class Unit:
                     xml.SubElement(listed, "Unknown", index=str(number))
         xml.indent(root)
         return f'<?xml version="1.0" encoding="UTF-8"?>\n{xml.tostring(root, encoding="unicode")}\n'
+
+
+def systems_of(content: bytes) -> list[str]:
+    """FMI's names of the systems that a unit's file has a library for."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        names = [each.split("/") for each in archive.namelist()]
+    return [each[1] for each in names if each[0] == "binaries"]
 
 
 def _describe(variables: xml.Element, each: Variable, place: int) -> None:

@@ -54,7 +54,9 @@ static int unit_starts(unit *u) {
                                CURVE_APPROACH, CURVE_STIFFNESS, 0.0f};
     curves.cross_talk = (float)u->real[CROSS_TALK];
     memset(&u->hand, 0, sizeof u->hand);
-    return regulator_init(&u->hand, &curves, u->integer[0], (float)u->real[STIFFNESS]) ? ERROR : OK;
+    if (regulator_init(&u->hand, &curves, u->integer[0], (float)u->real[STIFFNESS]))
+        return says(u, "delay must be 0 to 120, stiffness over 0 and finite, cross_talk finite");
+    return OK;
 }
 
 /* Of any other step than one sample's there is none. */
@@ -63,7 +65,7 @@ static int unit_steps(unit *u, double step) {
     float readings[GAGES];
     int k;
     if (!(step > 0.999 * PERIOD && step < 1.001 * PERIOD))
-        return says(u, "a step must be one sample of the hand");
+        return says(u, "the step must be one sample of the hand, @period@ s");
     for (k = 0; k < GAGES; k++)
         readings[k] = (float)u->real[k];
     u->boolean[MISSED] =
