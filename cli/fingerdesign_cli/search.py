@@ -20,6 +20,7 @@ from fingerdesign.design.shipped import file_text, kind_of
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULTS
+from fingerdesign.runtime.extras import needs
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.progress import Progress
 from fingerdesign.search.compare.folder import FOLDER, kinds_of, write_large_study, write_study
@@ -252,6 +253,7 @@ def optimise(
 ) -> int:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints];
     or from a design for one that passes all verdicts."""
+    needs("search", "optuna", "distributed")
     if kind_of(study_file) != "study":
         if setting.fidelity is not None:
             raise click.UsageError("--fidelity belongs to a study; a design is searched in 3-D")
@@ -414,6 +416,7 @@ class _SearchProgress:
 
 def sweep(study_file: Path, out: Path, shard: str | None, setting: Setting) -> int:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them."""
+    needs("search", "distributed")
     (text, study), folder = setting.read(study_file), study_file.parent
     part = (1, 1) if shard is None else shard_of(shard)
     target = out / (study.name if shard is None else f"{study.name}.{part[0]}-of-{part[1]}")

@@ -30,6 +30,7 @@ from scipy.linalg import eigh
 
 from fingerdesign.arrays import Array
 from fingerdesign.robots.pad import Pad, Touch
+from fingerdesign.runtime.extras import needs
 
 try:
     import mujoco
@@ -64,10 +65,7 @@ class Coupling:
         Raises ImportError without MuJoCo, KeyError for an unknown site, ValueError for the
         integrator RK4, which evaluates forces within a step, for another share, for a pad that two
         mounts have, and where MuJoCo's own contact of pad and object would act as well."""
-        if mujoco is None:
-            raise ImportError(
-                "MuJoCo is not installed; get it by: pip install fingerdesign[mujoco]"
-            )
+        needs("mujoco", "mujoco")
         if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
             raise ValueError('integrator = "RK4": must be Euler, implicit or implicitfast')
         if not 0.0 < share <= 1.0:

@@ -16,17 +16,12 @@ from collections.abc import Callable
 from importlib.resources import files
 from typing import Any
 
-from fingerdesign.errors import FingerDesignError
+from fingerdesign.runtime.extras import needs
 from fingerdesign.studio.door import HOST, close_door, new_token
 from fingerdesign.studio.page import TEMPLATES, Page
 from fingerdesign.studio.session import Session
 
-MISSING = "the studio needs trame; get it by: pip install 'fingerdesign[studio]'"
 CHANGED = ("values", "rest", "trials")  # what the page sets; all else is this module's
-
-
-class MissingLibrary(FingerDesignError):
-    """The library of the page is not installed; the message says how to get it."""
 
 
 async def serve(
@@ -37,7 +32,7 @@ async def serve(
 ) -> None:
     """Serve the page until it is cancelled; ``ready`` is given the address, token and all.
 
-    Raises MissingLibrary without trame.
+    Raises MissingExtra without trame.
     """
     server = _server()
     logging.getLogger("aiohttp.server").setLevel(logging.CRITICAL)  # of requests that are none
@@ -71,10 +66,9 @@ async def serve(
 
 def _server() -> Any:
     """A server of trame's with the page's scripts, none of them from elsewhere."""
-    try:
-        from trame.app import get_server
-    except ImportError as error:
-        raise MissingLibrary(MISSING) from error
+    needs("studio", "trame")
+    from trame.app import get_server
+
     server = get_server(f"studio-{new_token()}", client_type="vue3")
     plotly = str(files("plotly") / "package_data")
     server.enable_module(

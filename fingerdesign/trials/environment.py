@@ -24,6 +24,7 @@ from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.records.result import MOST_FORCE
+from fingerdesign.runtime.extras import needs
 from fingerdesign.sensing.model import grip_problem, model_data, opposite_problem
 from fingerdesign.sensing.train.ready import estimator_of
 from fingerdesign.sensing.train.result import estimator_faults
@@ -87,10 +88,7 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         Raises DesignError for wrong input, ValueError where a tug lifts the lightest object out of
         the fingers, ImportError without gymnasium.
         """
-        if Env is object:
-            raise ImportError(
-                "gymnasium is not installed; get it by: pip install 'fingerdesign[gym]'"
-            )
+        needs("gym", "gymnasium")
         self._frictions, self._masses = tuple(frictions), tuple(masses_g)
         self._face, self._plates = design.gages.face, gage_array(design)
         _refuse(self._frictions, self._masses, noise_microstrain)

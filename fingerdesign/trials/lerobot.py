@@ -26,6 +26,7 @@ from fingerdesign.control.episode import Episode
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.runtime.extras import needs
 from fingerdesign.trials.bench import Bench, GripBench, PerturbedBench
 from fingerdesign.trials.grid import Cell
 from fingerdesign.trials.stored import Report, in_processes
@@ -85,17 +86,12 @@ def _frames(episode: Episode) -> dict[str, Array]:
 
 
 def refuse(rate_Hz: float) -> None:
-    """DesignError without pyarrow, and for a rate that the format, which has whole frames a second,
-    cannot hold."""
-    faults = []
-    if pyarrow is None:
-        remedy = "get it by: pip install 'fingerdesign[lerobot]'"
-        faults += [Fault("--to", "lerobot", "used where pyarrow is installed", remedy)]
+    """Refuse before work: MissingExtra without pyarrow, DesignError for a rate that the format,
+    which has whole frames a second, cannot hold."""
+    needs("lerobot", "pyarrow")
     if rate_Hz != round(rate_Hz):
         bound = "a whole number for a LeRobot data set: its frames a second are whole"
-        faults += [Fault("grip.hardware.sample_rate_Hz", rate_Hz, bound, "set it to one")]
-    if faults:
-        raise DesignError(faults)
+        raise DesignError([Fault("grip.hardware.sample_rate_Hz", rate_Hz, bound, "set it to one")])
 
 
 def features(gages: int) -> dict[str, dict[str, Any]]:

@@ -12,7 +12,7 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign.studio.door import MOST_BYTES, new_token, refusal
-from fingerdesign.studio.serve import MISSING, serve
+from fingerdesign.studio.serve import serve
 from fingerdesign.studio.session import Session
 from tests.support.house import ROOT
 from tests.support.studio import memory_MB, running
@@ -25,9 +25,11 @@ TOKEN = "aB3-xY7_kQ9-mN2"
 
 
 def test_without_trame_one_line_names_the_install_command(monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "trame.app", None)
+    monkeypatch.setitem(sys.modules, "trame", None)
     assert main(["studio", "homogeneous", "--no-open"]) == 1
-    assert capsys.readouterr().err.strip() == f"failed: {MISSING}"
+    assert capsys.readouterr().err.strip() == (
+        'failed: this needs trame; get it by: pip install "fingerdesign[studio]"'
+    )
 
 
 def test_the_library_is_not_loaded_before_it_is_needed():

@@ -18,6 +18,7 @@ import numpy as np
 
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.extras import needs
 from fingerdesign.runtime.journal import JournalError, held
 from fingerdesign.search.study.file import Limits, Optimise, Study
 from fingerdesign.search.study.metrics import METRICS_VERSION
@@ -67,6 +68,7 @@ class Trials(ExitStack):
         self._trials: Any = None
 
     def __enter__(self) -> Self:
+        needs("search", "optuna")
         try:
             self.enter_context(held(self._path))
             self._path.open("ab").close()

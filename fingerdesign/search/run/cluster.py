@@ -24,6 +24,7 @@ from typing import Any
 
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
+from fingerdesign.runtime.extras import needs
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.pool import Pool
@@ -127,9 +128,11 @@ class Cluster(ExitStack):
         self.dashboard: str | None = None  # its address, once started
 
     def start(self) -> None:
-        """Connect, or start the local workers; the first job does it too. Raises ClusterError."""
+        """Connect, or start the local workers; the first job does it too. Raises ClusterError,
+        MissingExtra without Dask."""
         if self._client is not None:
             return
+        needs("search", "distributed")
         self.enter_context(_quiet())
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of versions that differ: results are held to theirs

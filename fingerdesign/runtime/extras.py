@@ -1,0 +1,25 @@
+"""Extras: libraries that some work alone needs, and the line that names the way to get them."""
+
+from importlib.util import find_spec
+
+from fingerdesign.errors import FingerDesignError
+
+
+class MissingExtra(FingerDesignError, ImportError):
+    """A library of an extra is not installed; the message names the remedy."""
+
+
+def needs(extra: str, *libraries: str) -> None:
+    """Raise MissingExtra where a library of an extra is not installed; nothing is imported."""
+    lacking = [name for name in libraries if not _found(name)]
+    if lacking:
+        names, it = " and ".join(lacking), "it" if len(lacking) == 1 else "them"
+        remedy = f'get {it} by: pip install "fingerdesign[{extra}]"'
+        raise MissingExtra(f"this needs {names}; {remedy}")
+
+
+def _found(library: str) -> bool:
+    try:
+        return find_spec(library) is not None
+    except ValueError:  # its place in sys.modules is blocked
+        return False

@@ -1,0 +1,39 @@
+"""A library of an extra that is not there: one line with the remedy, before any work."""
+
+import sys
+
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign.runtime.extras import MissingExtra, needs
+
+
+def test_what_is_there_needs_nothing():
+    needs("search", "json")
+
+
+def test_all_that_lacks_is_named_with_one_remedy():
+    wanted = r'no_such_a and no_such_b; get them by: pip install "fingerdesign\[some\]"'
+    with pytest.raises(MissingExtra, match=wanted) as found:
+        needs("some", "no_such_a", "json", "no_such_b")
+    assert isinstance(found.value, ImportError)
+
+
+@pytest.mark.parametrize(
+    ("command", "library", "extra"),
+    [
+        (["sweep", "fingers"], "distributed", "search"),
+        (["optimise", "maeno2000"], "optuna", "search"),
+        (["optimise", "maeno2000"], "distributed", "search"),
+        (["studio", "homogeneous", "--no-open"], "trame", "studio"),
+    ],
+)
+def test_a_command_ends_with_the_remedy_at_once(
+    command, library, extra, monkeypatch, capsys, tmp_path
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, library, None)
+    assert main(command) == 1
+    wanted = f'failed: this needs {library}; get it by: pip install "fingerdesign[{extra}]"'
+    assert capsys.readouterr().err.strip() == wanted
+    assert list(tmp_path.iterdir()) == []
