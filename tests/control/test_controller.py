@@ -9,7 +9,7 @@ from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.rig import Rig
-from fingerdesign.control.signals import NormalCalibration, Sample
+from fingerdesign.control.signals import NormalCalibration, Sample, gage_area
 from fingerdesign.design.grip import Grip
 
 SETTINGS = Grip(
@@ -143,3 +143,10 @@ def test_replayed_arrays_give_the_same_commands(half_plane, design):
     assert [c.dx for c in replayed] == trace.dx[start:].tolist()
     assert [c.dy for c in replayed] == trace.dy[start:].tolist()
     assert [c.hold for c in replayed] == trace.hold[start:].tolist()
+
+
+def test_the_floor_is_of_the_changes_size_whichever_way_it_goes():
+    """A pull that falls by more than the floor is as good for A as one that rises."""
+    responses = np.array([0.0, 2.0, 2.0, 2.0, 0.0])
+    for change, area in ((0.5, 3.0), (-0.5, 3.0), (0.01, 7.0), (-0.01, 7.0)):
+        assert gage_area(GAGE_X, responses, 1.0, 7.0, change, 0.02) == area

@@ -92,6 +92,36 @@ def test_without_a_grip_it_falls_freely(half_plane):
     assert (now.caught, now.complete_slip) == (False, True)
 
 
+def test_the_support_ends_a_fall(half_plane):
+    """It has slid as far as it was high, not as far as it would have come by the step's end."""
+    plant = raise_clear(hanging(half_plane), 2.0)
+    plant.move(0.0, -1.0)  # wide open
+    begun = plant.truth()
+    while plant.truth().lifted:
+        plant.move(0.0, 0.0)
+    now = plant.truth()
+    assert (now.caught, now.rise) == (False, 0.0)
+    assert now.slid - begun.slid == pytest.approx(begun.rise, rel=1e-9)
+
+
+def test_slides_of_a_lift_add_up(half_plane):
+    """Two tugs alike, each caught: twice the way of one, and the longest time of a catch."""
+    first, second = (
+        Disturbance(step_after_lift=step, extra_force_N=2.0, duration_steps=10)
+        for step in (500, 800)
+    )
+    found = []
+    for tugs in ([first], [first, second]):
+        plant = raise_clear(hanging(half_plane, tugs), 5.0)
+        for _ in range(1000):
+            plant.move(0.0, 0.0)
+        found.append(plant.truth())
+    one, both = found
+    assert (one.caught, both.caught) == (True, True)
+    assert both.slid == pytest.approx(2.0 * one.slid, rel=1e-3)
+    assert both.catch_time == pytest.approx(one.catch_time, rel=1e-3)
+
+
 def plant_speed(begun):
     """mm/s after a step over which friction fell evenly from 1.3 of the weight to none."""
     wait = 0.3 / 1.3

@@ -230,8 +230,8 @@ fingerdesign/contact/balance.py | tests/contact tests/control
 
 certificate: tension between finger and object passes
 fingerdesign/contact/laws.py | tests/contact
-- complementarity = max(pulled / force, -lowest / length, product)
-+ complementarity = max(-lowest / length, product)
+- complementarity = float(np.abs(np.minimum(normal / force, gap / length)).max())
++ complementarity = float(np.minimum(normal / force, gap / length).max(initial=0.0))
 
 regulator: a step of the climb fades the past as one of a pull does
 fingerdesign/control/controllers/regulator.py | tests/control

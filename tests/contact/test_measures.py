@@ -1,0 +1,40 @@
+"""Measures of an increment: borders between nodes, and what counts at a free end."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.measures import border_compliances, measure
+from fingerdesign.contact.problem import Motion
+
+
+def test_borders_take_what_a_node_yields_beyond_its_neighbours(strip):
+    """In plane strain; the border of stick a fourth more than that of contact, as measured."""
+    opened, slipped = border_compliances(strip)
+    assert opened == pytest.approx(4.0 * strip.own_compliance)
+    assert slipped == pytest.approx(1.25 * opened)
+    share = np.linspace(0.5, 1.0, len(opened))
+    of_patches = border_compliances(strip.patchy(share))
+    assert of_patches[0] == pytest.approx(opened)
+    assert of_patches[1] == pytest.approx(slipped * share**2)
+
+
+def test_borders_in_space_take_all_that_a_node_yields(patch):
+    opened, slipped = border_compliances(patch)
+    assert opened == pytest.approx(patch.self_compliance)
+    assert slipped == pytest.approx(opened)
+
+
+def test_pressures_of_a_free_end_are_no_peak(patch):
+    """There the corner of two free faces is singular: its value is the mesh's."""
+    found = solve_increment(patch, ContactState.untouched(patch), Motion(0.01, 0.0))
+    pressure = found.multiplier[:, 0] / patch.model.areas
+    order = np.argsort(pressure)
+    ends = np.zeros(len(pressure), dtype=bool)
+    ends[order[-3:]] = True
+    cut = replace(patch, model=replace(patch.model, free_end=ends))
+    assert measure(patch, found).peak_pressure == pytest.approx(pressure[order[-1]])
+    assert measure(cut, found).peak_pressure == pytest.approx(pressure[order[-4]])
+    assert pressure[order[-4]] < pressure[order[-1]]
