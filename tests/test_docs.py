@@ -12,6 +12,8 @@ from statistics import mean
 
 import pytest
 
+from tests.support import numbers
+
 ROOT = Path(__file__).parents[1]
 PAGES = (
     ROOT / "README.md",
@@ -111,3 +113,13 @@ def test_links_into_a_page_find_their_heading(page):
         if not target.startswith("http"):
             text = (page.parent / target if target else page).read_text("utf-8")
             assert name in map(anchor, re.findall(r"^#+ (.*)$", text, re.MULTILINE)), (target, name)
+
+
+def test_numbers_are_shown_by_a_command_or_have_a_reason():
+    """A new one needs a command next to it that prints it, or a record; else leave it out."""
+    assert numbers.counted() == {page: number for page, (number, _) in numbers.OTHERS.items()}
+
+
+def test_a_number_without_a_command_is_found():
+    bare, shown = "# A\n\n12 % and `3 mm`, 4 of 5\n", "# B\n\n12 %\n\n    fingerdesign check x\n"
+    assert numbers.unshown(bare + shown) == ["12 %", "4 of 5"]
