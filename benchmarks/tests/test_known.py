@@ -1,5 +1,6 @@
 """The suite of known answers: every file is sound, references are what theory says, cases run."""
 
+import csv
 import doctest
 import json
 import re
@@ -13,6 +14,8 @@ from fingerdesign_bench.known.case import KINDS, Case, Outcome, load_cases
 from fingerdesign_bench.known.export import judged, write_problem
 from fingerdesign_bench.known.patches import sheared_brick
 from fingerdesign_bench.known.run import run_cases, solution, write_suite
+from fingerdesign_bench.known.sees import FAULTS, sees
+from fingerdesign_bench.known.table import FILE
 
 CASES = load_cases()
 DOCS = Path(__file__).parents[2] / "docs/reference/suite.md"
@@ -154,3 +157,19 @@ def test_judging_along_a_path_that_slips_and_opens(tmp_path):
 
 def test_closed_forms_as_their_examples_say():
     assert doctest.testmod(analytic).failed == doctest.testmod(theory).failed == 0
+
+
+def test_faults_are_seen_by_the_rows_that_they_touch_and_leave_no_trace():
+    wedge = named("wedge") or [case for case in CASES if case.function == "bodies.wedge"]
+    rows = sees(wedge)
+    assert rows["a friction 1 % off"] == [case.words for case in wedge]
+    assert rows["a gage's sign"] == []
+    assert not run_cases(wedge).fails
+
+
+def test_the_record_of_what_sees_faults_is_of_the_rows_that_there_are():
+    """Else `python -m fingerdesign_bench.known.sees --write` makes it again."""
+    with FILE.with_name("sees.csv").open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [row["fault"] for row in rows] == list(FAULTS)
+    assert {int(row["of"]) for row in rows} == {sum(case.quick for case in CASES)}

@@ -1,9 +1,10 @@
 """Which rows of the suite would see a fault: a gage's sign, a modulus 2 %, a friction 1 % off.
 
-    python -m fingerdesign_bench.known.sees [--all]
+    python -m fingerdesign_bench.known.sees [--all | --write]
 
 The quick rows, or all, are computed with each fault put into the program. A row sees it where its
-verdict is neither "met" nor "known miss". Caches are off: faults must not be stored.
+verdict is neither "met" nor "known miss". Caches are off: faults must not be stored. --write: the
+record of docs/reference, sees.csv, too; it takes three minutes, so `make records` does not.
 """
 
 import os
@@ -11,13 +12,18 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
+from fingerdesign.records.base import csv_text
+from fingerdesign.runtime.files import write_whole
 from fingerdesign_bench.known.case import Case, load_cases
 from fingerdesign_bench.known.run import run_cases
+from fingerdesign_bench.known.table import FILE
 
+HEADINGS = ("fault", "quick rows that see it", "of", "date")
 _MODULES = ("bodies", "gages", "histories", "measured", "patches", "rounds")
 
 
@@ -91,12 +97,17 @@ def sees(cases: list[Case]) -> dict[str, list[str]]:
     return found
 
 
-def main(every: bool) -> None:
-    """Print how many rows see each fault, and how many there are."""
-    cases = [case for case in load_cases() if case.quick or every]
-    for what, rows in sees(cases).items():
-        print(f"{what}: {len(rows)} of {len(cases)}")
+def main(every: bool, write: bool) -> None:
+    """Print how many rows see each fault, and how many there are; or write the quick ones' too."""
+    cases = [case for case in load_cases() if case.quick or (every and not write)]
+    found = {what: len(rows) for what, rows in sees(cases).items()}
+    for what, count in found.items():
+        print(f"{what}: {count} of {len(cases)}")
+    if write:
+        date = datetime.now(UTC).date().isoformat()
+        rows = [(what, count, len(cases), date) for what, count in found.items()]
+        print(write_whole(FILE.with_name("sees.csv"), csv_text(HEADINGS, rows)))
 
 
 if __name__ == "__main__":
-    main("--all" in sys.argv[1:])
+    main("--all" in sys.argv[1:], "--write" in sys.argv[1:])
