@@ -12,7 +12,7 @@ from statistics import mean
 
 import pytest
 
-from tests.support import numbers
+from tests.support import stated_numbers
 
 ROOT = Path(__file__).parents[1]
 PAGES = (
@@ -117,9 +117,11 @@ def test_links_into_a_page_find_their_heading(page):
 
 def test_numbers_are_shown_by_a_command_or_have_a_reason():
     """A new one needs a command next to it that prints it, or a record; else leave it out."""
-    assert numbers.counted() == {page: number for page, (number, _) in numbers.OTHERS.items()}
+    assert stated_numbers.counted() == {
+        page: number for page, (number, _) in stated_numbers.OTHERS.items()
+    }
 
 
 def test_a_number_without_a_command_is_found():
     bare, shown = "# A\n\n12 % and `3 mm`, 4 of 5\n", "# B\n\n12 %\n\n    fingerdesign check x\n"
-    assert numbers.unshown(bare + shown) == ["12 %", "4 of 5"]
+    assert stated_numbers.unshown(bare + shown) == ["12 %", "4 of 5"]

@@ -17,6 +17,7 @@ from fingerdesign.design.io import dump_design, parse_scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import kind_of, load_scene
 from fingerdesign.errors import DesignError, FormerKeyWarning
+from fingerdesign.runtime.registry import allow_code
 from tests.support.faults import faults_of as faults
 
 NAME = 'design.name = "a"\n'
@@ -264,3 +265,19 @@ def test_a_former_key_is_read_under_its_present_name_with_a_note():
     with pytest.warns(FormerKeyWarning):
         changed = with_values(design, {"grip.regulator.taught_grips": 78})
     assert changed.grip.regulator.training_grips == 78
+
+
+def test_a_controllers_class_counts_by_the_content_of_its_file(tmp_path, monkeypatch):
+    """A changed class is another hand: no answer of the former one may be taken for its own."""
+    file = tmp_path / "hand_of_a_digest.py"
+    text = 'class Hand:\n    name = "mine"\n\n    def __init__(self, grip, own, held):\n        pass\n'
+    text += "\n    def start(self, calibration, sample):\n        pass\n"
+    file.write_text(f"{text}\n    def command(self, sample):\n        pass\n", "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    reference = f"{file.stem}:Hand"
+    allow_code(reference)
+    design = parse_design(f'{NAME}grip.controller = "{reference}"\n')
+    first = design.digest()
+    assert design.digest() == first
+    file.write_text(file.read_text("utf-8") + "        # changed\n", "utf-8")
+    assert design.digest() != first

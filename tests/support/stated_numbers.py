@@ -1,6 +1,6 @@
 """Numbers that pages state without a command, a test or a record that shows them.
 
-    python -m tests.support.numbers
+    python -m tests.support.stated_numbers
 
 Counted are numbers with a unit in README and docs, outside code. A number is shown where its
 section has a command or code that prints it. Others must be of a page and a reason in OTHERS.
