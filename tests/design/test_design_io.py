@@ -270,7 +270,8 @@ def test_a_former_key_is_read_under_its_present_name_with_a_note():
 def test_a_controllers_class_counts_by_the_content_of_its_file(tmp_path, monkeypatch):
     """A changed class is another hand: no answer of the former one may be taken for its own."""
     file = tmp_path / "hand_of_a_digest.py"
-    text = 'class Hand:\n    name = "mine"\n\n    def __init__(self, grip, own, held):\n        pass\n'
+    text = 'class Hand:\n    name = "mine"\n'
+    text += "\n    def __init__(self, grip, own, held):\n        pass\n"
     text += "\n    def start(self, calibration, sample):\n        pass\n"
     file.write_text(f"{text}\n    def command(self, sample):\n        pass\n", "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
