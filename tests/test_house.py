@@ -183,3 +183,16 @@ def test_nothing_is_called_that_windows_lacks():
     for line in ("import fcntl", "os.killpg(0, 9)", "x = signal.SIGKILL", "open('/tmp/a')"):
         assert list(only_posix(ast.parse(line))), line
     assert not list(only_posix(ast.parse("if hasattr(os, 'fork'):\n    os.fork()")))
+
+
+def test_hashes_are_of_the_versions_that_are_pinned():
+    def pinned(name):
+        lines = (ROOT / name).read_text("utf-8").splitlines()
+        rows = [re.match(r"([\w.-]+)==([^\s;]+)", line) for line in lines]
+        return {re.sub(r"[-_.]+", "-", row[1]).lower(): row[2] for row in rows if row}
+
+    hashed, every = pinned("hashes.txt"), pinned("constraints.txt")
+    assert len(hashed) > 100
+    assert {name: every.get(name) for name in hashed} == hashed
+    lines = (ROOT / "hashes.txt").read_text("utf-8").splitlines()
+    assert all(re.search(r" --hash=sha256:[0-9a-f]{64}$", each) for each in lines if each[0] != "#")

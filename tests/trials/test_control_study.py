@@ -2,7 +2,7 @@
 
 import csv
 import json
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from types import SimpleNamespace
 
 import jsonschema
@@ -20,10 +20,20 @@ from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.train.result import finger_key
 from fingerdesign.trials.grid import Cell, ControlGrid, refuse, seed_of
 from fingerdesign.trials.record import COLUMNS, Trial, share_of, summarise, unannounced, unsure
-from fingerdesign.trials.stored import KIND, run_batches, stored_grips
+from fingerdesign.trials.stored import KIND, key_of, run_batches, stored_grips
 from fingerdesign.trials.study import StudyOptions, run_study
 from tests.support.grips import grip
 from tests.trials.conftest import GRID
+
+
+@pytest.mark.parametrize("field", [each.name for each in fields(Cell)])
+def test_each_field_of_a_cell_is_part_of_its_key(field):
+    cell = Cell("paper", 0.5, 500.0, 0.5)
+    value = getattr(cell, field)
+    other = {str: "another", tuple: (("grip.x", 1.0),)}.get(type(value))
+    changed = replace(cell, **{field: value + 1 if other is None else other})
+    keys = {key_of(cell, "d" * 64), key_of(changed, "d" * 64), key_of(cell, "e" * 64)}
+    assert len(keys) == 3
 
 
 def all_trials(bench, path, names, **options):
