@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign.contact.history import FrictionHistory
 from fingerdesign.contact.increment import ACCEPT, solve_increment
-from fingerdesign.contact.laws import OPEN, SLIP
+from fingerdesign.contact.laws import OPEN, SLIP, STICK
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.shapes.objects import Plane
@@ -88,6 +88,21 @@ def test_complete_slip_falls_to_the_kinetic_friction_and_rest_heals(strip, patch
     assert uses[-3] > least + 0.02  # it sticks again, at first
     assert uses[-1] == pytest.approx(least, rel=1e-7)
     assert history.settled
+
+
+def test_what_is_pulled_back_by_a_hair_sticks():
+    """A thousandth below its limit a node is on its limit no more, though it slid before."""
+    points = np.column_stack([np.linspace(-1.0, 1.0, 5), np.zeros(5)])
+    areas = {"facet_areas": np.full(4, 0.5), "areas": np.full(5, 0.4)}
+    model = reduced_model(points, 0.1 * np.eye(10), rim=np.zeros(5, dtype=bool), **areas)
+    problem = contact_problem(model, Plane(0.0), 0.5)
+    path = [Motion(0.02, 0.0), Motion(0.02, 0.0101), Motion(0.02, 0.0101 - 5e-6)]
+    *_, slid, back = followed(problem, path)
+    assert set(slid.status) == {SLIP}
+    assert (slid.state.sliding > 0.0).all()
+    assert back.force[:, 0] == pytest.approx(slid.force[:, 0] * (1.0 - 5e-4), rel=1e-9)
+    assert set(back.status) == {STICK}
+    assert not back.state.sliding.any()
 
 
 def test_what_slides_all_at_once_drops_by_the_whole_difference():

@@ -131,6 +131,28 @@ def test_whatever_is_felt_the_answers_are_the_same(compiled, bench):
     assert (np.ptp(answers, axis=0) > 0.0).all()
 
 
+def test_a_friction_that_is_hardly_known_counts_for_half_at_least(tmp_path, bench):
+    """Of a hanging object: pressed harder above 0.82 of a half, not above 0.82 of a fifth."""
+    if COMPILER is None:
+        pytest.skip("no C compiler here (cc, gcc or clang): the C file was not run")
+    curves = FingerCurves.of(bench)
+    found = estimator(curves)
+    unsure = replace(found, bands=(replace(found.band, spread=np.array([[1.0, 0.5]])),))
+    compiled = Compiled(tmp_path, unsure)
+    assert compiled.init(curves, 0, bench.tangential_stiffness) == 0
+    single = SingleRegulator(unsure, GRIP, replace(bench, delay=0, cross_talk=CROSS_TALK))
+    normal, friction, closed = 2.0, 0.0, []
+    for used, lifted in [*[(None, False)] * 3, (0.35, True), (0.45, True)]:
+        ratio = 0.2 if used is None else used * friction
+        given = np.zeros(GAGES), normal, (ratio + CROSS_TALK) * normal, lifted
+        answer = compiled.step(*given)
+        assert answer.tobytes() == S(single.step(*given)).tobytes()
+        friction = float(answer[4])
+        closed.append(bool(answer[1] > 0.0))
+    assert 1.0 - 1.0 / float(single.weight) ** 0.5 < 0.3
+    assert closed[-2:] == [False, True]
+
+
 def test_what_cannot_be_is_refused(compiled, bench):
     curves = FingerCurves.of(bench)
     falling = FingerCurves(curves.normal_force[::-1], *list(vars(curves).values())[1:])

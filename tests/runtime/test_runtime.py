@@ -252,6 +252,7 @@ def test_somebodys_file_is_left_alone(tmp_path):
         "delete from about where key = 'identity'",
         f"update records set record = '{'[' * 100_000}'",
         """update records set record = '{"x": 1e400}'""",
+        "update about set value = '0' where key = 'format'",
         "update records set record = '[NaN]'",
         f"update records set record = '1{'0' * 400}'",
     ],

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 from fingerdesign_cli.main import main
 
-from fingerdesign.studio.door import MOST_BYTES, new_token, refusal
+from fingerdesign.studio.door import MOST_BYTES, message_fault, new_token, refusal
 from fingerdesign.studio.serve import serve
 from fingerdesign.studio.session import Session
 from tests.support.house import ROOT
@@ -194,10 +194,10 @@ async def _flooded(address):
                 await one.receive(timeout=30)
 
 
-def refused(given, headers=()):
+def refused(given, headers=(), remote="127.0.0.1"):
     """Why a request to port 8123 is refused whose path begins with this; TOKEN is right."""
     url = yarl.URL("http://127.0.0.1:8123/")
-    known = {"remote": "127.0.0.1", "url": url, "host": "127.0.0.1:8123"}
+    known = {"remote": remote, "url": url, "host": "127.0.0.1:8123"}
     return refusal(SimpleNamespace(**known, headers=dict(headers), path=f"/{given}/ws"), TOKEN)
 
 
@@ -218,6 +218,21 @@ def test_a_token_that_is_nearly_right_is_refused(given):
 )
 def test_an_origin_that_is_nearly_right_is_refused(origin):
     assert refused(TOKEN, {"Origin": origin}) == "this page answers no other site"
+
+
+@pytest.mark.parametrize("remote", ["192.168.1.5", "10.0.0.2", "fd00::2", "8.8.8.8", "", None])
+def test_another_machine_is_refused_however_near(remote):
+    assert refused(TOKEN, remote=remote) == "this page is for its own machine"
+
+
+def test_one_key_that_a_page_may_set_lets_no_other_in():
+    def fault(*keys):
+        rows = [{"key": key, "value": 1} for key in keys]
+        return message_fault(called("trame.state.update", rows), None, ("values", "rest"))
+
+    assert fault("values", "rest") == ""
+    for keys in [("values", "name"), ("name", "values"), ("name",)]:
+        assert fault(*keys) == "a page sets values, rest"
 
 
 def test_the_right_token_from_its_own_page_is_answered():
