@@ -1,5 +1,6 @@
 """The Gymnasium environment: its checker, seeds, endings and rewards, what fails, the docs."""
 
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,8 +17,8 @@ from tests.support.pages import blocks, run_python
 
 
 def test_without_gymnasium_the_install_command_is_printed(monkeypatch, design, half_plane):
-    monkeypatch.setattr(module, "Env", object)
-    with pytest.raises(ImportError, match=r"pip install 'fingerdesign\[gym\]'"):
+    monkeypatch.setitem(sys.modules, "gymnasium", None)
+    with pytest.raises(ImportError, match=r'pip install "fingerdesign\[gym\]"'):
         GripEnvironment(design, problem=half_plane)
 
 
