@@ -263,3 +263,25 @@ def test_a_tube_widened_far_has_the_closed_form_pressure(poisson):
     moved = np.hypot(*(mesh.points + values[:size].reshape(mesh.points.shape)).T)
     free = share[:, 0] > 1 - 1e-9
     assert np.allclose(moved[free], outside_now, rtol=2e-4 + shear / first)
+
+
+def test_a_free_face_under_dead_pressure_gives_way_at_twice_the_shear_modulus():
+    """Why a row fails where a flat contact is pressed far: contact forces are held in the tangent.
+
+    A half-plane of incompressible rubber under a uniform pressure p, its face displaced by A cos kx
+    across and B sin kx along: the rubber takes mu k (A^2 + B^2) / 2 a length, the pressure, whose
+    way does not turn with the face, gives p k A B / 2. The sum is positive for p < 2 mu only,
+    whatever the wavelength: finer meshes do not help.
+    """
+    for count in (6, 12):
+        mesh = block_mesh((count, count), (2.0, 2.0), 2.0)
+        x, y = mesh.points.T
+        sides = (np.abs(x - x.min()) < 1e-9) | (np.abs(x - x.max()) < 1e-9)
+        fixed = np.column_stack([sides | (y < 1e-9), y < 1e-9]).ravel()
+        system = finite_system(boxes.body_of(mesh, YOUNG, 0.4999, fixed, element="mixed"))
+        shear, values = YOUNG / 3.0, system.at_rest
+        for share, gives_way in ((1.9, False), (2.1, True)):
+            values[mesh.points.size :] = share * shear / system.scale
+            upper = system.tangent(values)[1]
+            below = (np.linalg.eigvalsh(whole(upper)) < 0.0).sum()
+            assert (below > system.pressures) == gives_way
