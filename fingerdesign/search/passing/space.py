@@ -255,8 +255,8 @@ def _fixed(design: Design, freedom: Freedom) -> dict[str, object]:
         "gages.grid": "tee",
         "gages.face": "both",
         "gages.transverse_weight": None,
-        # No gage that is sold fits plates of half a millimetre: film is made on them, and its traces
-        # leave on their legs.
+        # No gage that is sold fits plates of half a millimetre: film is made on them, its traces on
+        # their legs.
         "mold.gage": film.gage,
         "mold.leads": film.leads,
     }
