@@ -126,17 +126,22 @@ def recorded(
     """A folder to write into, which takes the place of ``target``, and progress.
 
     journal: of work that goes on where it stopped; it is one process's, and is gone once the folder
-    stands. Folders above ``target`` that were made for it go where nothing was written. option: see
-    :func:`naming_out`.
+    stands. option: see :func:`naming_out`.
     """
     refuse_foreign(kind, target, option)
+    with folders_above(target), held(journal) if journal is not None else nullcontext():
+        with kind.written(target) as folder, progress(target.name) as show:
+            yield folder, show
+        if journal is not None:
+            journal.unlink(missing_ok=True)
+
+
+@contextmanager
+def folders_above(target: Path) -> Iterator[None]:
+    """Remove the folders above ``target`` that the block made, where it wrote nothing there."""
     missing = [each for each in target.absolute().parents if not each.exists()]
     try:
-        with held(journal) if journal is not None else nullcontext():
-            with kind.written(target) as folder, progress(target.name) as show:
-                yield folder, show
-            if journal is not None:
-                journal.unlink(missing_ok=True)
+        yield
     finally:
         for each in missing:
             with suppress(OSError):  # it holds something

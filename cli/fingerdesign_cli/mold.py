@@ -15,7 +15,7 @@ from fingerdesign.mold.products.notes import cautions_of
 from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign.records.verdict import SIGNS
-from fingerdesign_cli.inputs import read_case, recorded, refuse_foreign
+from fingerdesign_cli.inputs import folders_above, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
     WIDTH,
@@ -51,7 +51,7 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})
     refuse_foreign(FOLDER, out / name)
     passed = older_passed(out / name)
-    with progress(name) as show:
+    with folders_above(out / name), progress(name) as show:
         report = write_mold(design, out / name, show)
     say_result(lambda: report, lambda: _show(report, out / name, cautions_of(design)))
     open_page(out / name / "report.html")

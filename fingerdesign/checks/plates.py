@@ -5,6 +5,7 @@ import numpy as np
 from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
+from fingerdesign.layout.leads import leads_width
 from fingerdesign.layout.row_keys import PlateRow, plate_rows
 
 LEAST_SLENDERNESS = 4.0  # Length / thickness; a stubbier box does not bend like a plate.
@@ -119,7 +120,24 @@ def gage_faults(design: Design) -> list[Fault]:
         bound = f"within -{reach:g} ... {reach:g}, so that the gage lies on the plate"
         remedy = f"move it toward 0, narrow the gage or raise {key}"
         faults.append(Fault("gages.z_mm", gages.z_mm, bound, remedy))
-    return faults + _bridge_faults(design) + _pair_faults(design)
+    return faults + _lead_faults(design) + _bridge_faults(design) + _pair_faults(design)
+
+
+def _lead_faults(design: Design) -> list[Fault]:
+    """Find leads that are wider than the plate that carries them."""
+    leads, row = design.gages.leads, min(plate_rows(design), key=lambda row: row.table.length_mm)
+    if leads is None:
+        return []
+    wide, length = leads_width(design.gages, leads), row.table.length_mm
+    if wide <= length:
+        return []
+    size = "diameter_mm" if leads.kind == "wire" else "width_mm"
+    bound = (
+        f"such that {design.gages.lead_count} leads of a plate, {wide:.4g} mm next to each other, "
+        f"lie on {row.key('length_mm')} = {length:g}"
+    )
+    remedy = f"lower it to at most {at_most(getattr(leads, size) * length / wide)}, or their number"
+    return [Fault(f"gages.leads.{size}", getattr(leads, size), bound, remedy)]
 
 
 def _bridge_faults(design: Design) -> list[Fault]:

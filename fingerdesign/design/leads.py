@@ -16,6 +16,7 @@ from fingerdesign.design.base import Table, positive
 
 COPPER_MPA, GOLD_MPA = 120e3, 78e3
 LEAST_WIRE_MM = 0.03  # a thinner enamelled wire can hardly be handled
+ENAMEL = 1.25  # outer diameter over that of the metal
 FLEX_MM, TRACE_MM = 0.005, 0.05  # copper on thin flex circuits, and a trace's width
 
 

@@ -11,6 +11,7 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from fingerdesign.design.base import Many, Table, bounded, refuse, refuse_key
+from fingerdesign.design.leads import ENAMEL, LEAST_WIRE_MM
 from fingerdesign.design.stock import GageType, shipped_types
 
 ProcessName = Literal["sla", "fdm", "machined"]
@@ -176,6 +177,14 @@ class Mold(Table):
         if self.gage not in ("auto", *known):
             remedy = "correct it, or add a table [[mold.gage_types]] of that name"
             yield refuse_key(self, "mold.gage", f"auto or one of {', '.join(known)}", remedy)
+        own = [each.name for each in self.gage_types]
+        if twice := [name for name in dict.fromkeys(own) if own.count(name) > 1]:
+            bound = "types of different names"
+            yield refuse(", ".join(twice), bound, "rename all but one", "mold.gage_types")
+        least = ENAMEL * LEAST_WIRE_MM
+        if 0.0 < self.wire_mm < least:
+            bound = f"0, or at least {least:g}: one wire of {LEAST_WIRE_MM:g} mm and its enamel"
+            yield refuse_key(self, "mold.wire_mm", bound, "0 makes no hole for leads")
 
     @property
     def shrinkage_used(self) -> float:

@@ -5,14 +5,15 @@ own as ``[[mold.gage_types]]``, which come first.
 """
 
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib import resources
 from typing import Any, Literal
 
 from pydantic import Field
+from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Table, bounded, positive
+from fingerdesign.design.base import Table, bounded, positive, refuse
 
 STOCK_FILE = "stock.toml"
 _SAME_MM = 1e-6
@@ -48,6 +49,13 @@ class GageType(Table):
     )
     source: str = Field(default="", description="of these numbers")
     date: str = Field(default="", max_length=20, description="of the source, as read")
+
+    def _misfits(self) -> Iterator[PydanticCustomError]:
+        for side in ("length", "width"):
+            grid, carrier = (getattr(self, f"{of}_{side}_mm") for of in ("grid", "carrier"))
+            if carrier < grid:
+                bound = f"at least grid_{side}_mm = {grid:g}: the grid lies on its carrier"
+                yield refuse(carrier, bound, "widen it", f"mold.gage_types.carrier_{side}_mm")
 
     @property
     def stiffness(self) -> float:

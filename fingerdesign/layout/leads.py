@@ -2,11 +2,18 @@
 
 import math
 
-from fingerdesign.design.leads import COPPER_MPA, FLEX_MM, GOLD_MPA, LEAST_WIRE_MM, Leads
+from fingerdesign.design.gages import Gages
+from fingerdesign.design.leads import (
+    COPPER_MPA,
+    ENAMEL,
+    FLEX_MM,
+    GOLD_MPA,
+    LEAST_WIRE_MM,
+    Leads,
+)
 from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import GageType
 
-ENAMEL = 1.25  # outer diameter over that of the metal
 # So many round wires in a round bundle take so many of their diameters.
 _BUNDLES = {1: 1.0, 2: 2.0, 3: 2.155, 4: 1.0 + math.sqrt(2.0), 5: 2.702, 6: 3.0, 7: 3.0}
 
@@ -14,6 +21,22 @@ _BUNDLES = {1: 1.0, 2: 2.0, 3: 2.155, 4: 1.0 + math.sqrt(2.0), 5: 2.702, 6: 3.0,
 def bundle(count: int) -> float:
     """Diameter of a round bundle of wires, over that of one of them."""
     return _BUNDLES.get(count, 1.2 * math.sqrt(count))
+
+
+def leads_width(gages: Gages, leads: Leads) -> float:
+    """Width of a plate's leads side by side, mm: wires in their bundle, or the traces of a face,
+    each its own width from the next.
+
+    >>> gages = Gages(face="both", grid="tee")
+    >>> round(leads_width(gages, Leads(kind="traces", width_mm=0.05)), 3)
+    0.25
+    """
+    count = gages.lead_count if leads.number is None else leads.number
+    if leads.kind == "none" or count == 0:
+        return 0.0
+    if leads.kind == "wire":
+        return ENAMEL * leads.diameter_mm * bundle(count)
+    return (2 * math.ceil(count / gages.faces) - 1) * leads.width_mm
 
 
 def leads_as_cast(design: Design, type_: GageType | None) -> Leads:

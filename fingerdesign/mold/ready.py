@@ -81,6 +81,9 @@ def _gage(design: Design, fit: GageFit | None, search: bool = True) -> Iterator[
     wrong = not_offered(fit.found)
     if wrong:
         yield f"{fit.found.name} is neither sold nor quoted: {wrong}", ["mold.gage = 'auto'"]
+    elif design.gages.kind not in (None, fit.found.name):
+        words = f"gages.kind = {design.gages.kind!r} is read, but mold.gage = {fit.found.name!r} is"
+        yield f"{words} cast", [f'gages.kind = "{fit.found.name}"']
     elif fit.differs_from(design):
         grid = {"length": fit.found.grid_length_mm, "width": fit.found.grid_width_mm}
         lines = [f"gages.{side}_mm = {size:g}" for side, size in grid.items()]
@@ -180,14 +183,29 @@ def _led(
     if course == "leg" and not traces_possible(design, type_):
         words = 'mold.leads = "leg" needs traces: plates of polyimide, or a film gage'
         yield words, [f"mold.wire_mm = {thin_bundle(design):g}", 'mold.leads = "wires"']
-    elif type_.to_measure and course != "leg" and design.gages.leads is None:
+    elif type_.to_measure and course != "leg":
         yield (
             f"{type_.name} is made on the sheet with its traces, and wires cannot be soldered to "
             "it: lead it out on its legs",
-            _lines(_LEG),
+            _lines(_LEG) + _other_leads(design, "leg"),
         )
+    elif other := _other_leads(design, course):
+        words = "gages.leads describes other leads than the mold makes (mold.leads)"
+        yield f"{words}, so their price is not known", other
     else:
         yield from _priced(leads)
+
+
+def _other_leads(design: Design, course: str) -> list[str]:
+    """Lines that have ``gages.leads`` describe a mold's leads of a course; none where it does."""
+    leads, legs = design.gages.leads, course == "leg"
+    if leads is None:
+        return []
+    usual: Values = {"kind": "traces" if legs else "wire", "course": "leg" if legs else "z"}
+    wrong = {key: value for key, value in usual.items() if getattr(leads, key) != value}
+    if leads.number == 0:
+        wrong["number"] = design.gages.model_copy(update={"leads": None}).lead_count
+    return _lines({f"gages.leads.{key}": value for key, value in wrong.items()})
 
 
 def _priced(leads: Mapping[str, Any] | None) -> Iterator[Reason]:

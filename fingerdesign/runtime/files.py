@@ -62,6 +62,9 @@ def why_no_place(folder: Path) -> str:
         above = next(each for each in (folder, *folder.absolute().parents) if each.exists())
         if not above.is_dir():
             return f"{above} is a file"
+        links = (each for each in (folder, *folder.parents) if each.is_symlink())
+        if link := next((each for each in links if not each.exists()), None):
+            return f"{link} is a link to nothing"
         tempfile.TemporaryDirectory(prefix=".fingerdesign-", dir=above).cleanup()
     except (OSError, ValueError) as error:  # a name with a null character is a ValueError
         system = error.strerror if isinstance(error, OSError) else str(error)

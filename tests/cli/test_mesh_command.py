@@ -81,6 +81,7 @@ def test_a_wrong_design_is_bad_input(lines, words, tmp_path, terminal):
         (["--format", "foo"], "one of vtu"),
         (["--out", "small.toml"], "--out = small.toml: must be a folder"),
         (["--out", "small.toml/x"], "small.toml is a file"),
+        (["--out", "dangling/x"], "dangling is a link to nothing"),
         (["--out", "n" * 300], "must be a folder that can be written into"),
         pytest.param(
             ["--out", "/proc/x"],
@@ -93,6 +94,7 @@ def test_a_wrong_design_is_bad_input(lines, words, tmp_path, terminal):
 def test_wrong_options_are_refused_before_any_meshing(
     options, words, design, in_tmp_path, terminal
 ):
+    Path("dangling").symlink_to("nothing")
     assert words in terminal("mesh", design, "--out", "out", *options, code=2).err
     assert not (design.parent / "out").exists()
 

@@ -9,6 +9,14 @@ from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.errors import DesignError
 
 NAME = 'design.name = "a"\n'
+TYPE = """
+[[mold.gage_types]]
+name = "mine"
+grid_length_mm = 2.0
+grid_width_mm = 1.0
+carrier_length_mm = {}
+carrier_width_mm = {}
+"""
 PAIRS = 'gages.grid = "double_axial"\n[plates]\nlength_mm = 1.0\npitch_mm = 1.5\n'
 
 
@@ -92,6 +100,10 @@ def test_the_amplifiers_noise_is_the_bridges():
     [
         ('gages.grid = "tee"\ngages.bridge = "full"', "gages.bridge", "'quarter' or 'half'"),
         ('gages.bridge = "half"\ngages.face = "upper"', "gages.bridge", "on one face"),
+        (
+            'plates.length_mm = 0.9\ngages.leads = {kind = "traces", width_mm = 0.5}',
+            *("gages.leads.width_mm", "leads of a plate, 1.5 mm next to each other"),
+        ),
         ("gages.transverse_weight = 0.3", "gages.transverse_weight", "without a tee"),
         (PAIRS + "count = 5", "gages.grid", "row of 5 plates"),
         (PAIRS + "count = 4", "gages.grid", "plates 0 and 1 at 45 and 45 degrees"),
@@ -108,6 +120,29 @@ def test_what_no_bridge_can_be_is_refused(lines, key, words):
         parse_design(NAME + lines)
     fault = next(fault for fault in caught.value.faults if fault.key == key)
     assert words in str(fault)
+
+
+@pytest.mark.parametrize(
+    ("lines", "key", "words"),
+    [
+        ("wire_mm = 1e-5", "mold.wire_mm", "0, or at least 0.0375"),
+        ("wire_mm = 0.03", "mold.wire_mm", "0, or at least 0.0375"),
+        (TYPE.format(1.0, 3.0), "mold.gage_types.carrier_length_mm", "at least grid_length_mm"),
+        (TYPE.format(3.0, 0.5), "mold.gage_types.carrier_width_mm", "at least grid_width_mm"),
+        (2 * TYPE.format(3.0, 3.0), "mold.gage_types", "types of different names"),
+    ],
+)
+def test_gages_and_wires_that_cannot_be_are_refused(lines, key, words):
+    with pytest.raises(DesignError) as caught:
+        parse_design(NAME + "[mold]\n" + lines)
+    (fault,) = caught.value.faults
+    assert fault.key == key
+    assert words in fault.bound
+
+
+@pytest.mark.parametrize("wire", [0, 0.0375, 0.1])
+def test_no_wire_and_one_that_can_be_handled_are_sound(wire):
+    assert parse_design(NAME + f"mold.wire_mm = {wire}").mold.wire_mm == wire
 
 
 def test_a_kind_gives_its_factor_and_counts_by_it_alone():

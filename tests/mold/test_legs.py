@@ -13,6 +13,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.extent import exits_of, flat_sided
 from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.fixture.legs import fixture_of, meets_hole
+from fingerdesign.mold.plan.fixture.refusals import leg_refusals
 from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.plan.pieces import Leg, core_in_mold
 from fingerdesign.mold.plan.slots import frames_in_mold, scale_of, turned_bar
@@ -36,6 +37,16 @@ def test_legs_are_as_wide_as_their_plates_and_half_of_it_where_they_stay_in_the_
     for name in ("maeno2000", "domed"):  # a given width means the same for both
         assert {leg.width for leg in legs(shipped(name, mold__leg_mm=0.4))} == {0.4}
     assert {1.0 < leg.width <= 2.0 for leg in legs(shipped("domed", mold__leg_mm=5.0))} == {True}
+
+
+def test_legs_that_are_narrower_than_their_traces_are_refused():
+    """Six traces of 0.05 mm, three a face with gaps as wide: 0.25 mm."""
+    assert leg_refusals(fixture_of(shipped("film_tees", mold__leg_mm=0.25))) == []
+    (refusal,) = leg_refusals(fixture_of(shipped("film_tees", mold__leg_mm=0.24)))
+    assert (refusal.key, refusal.value) == ("mold.leg_mm", 0.24)
+    assert "6 traces of a plate, 0.25 mm next to each other" in str(refusal.fault)
+    wires = shipped("film_tees", mold__leg_mm=0.24, mold__leads="wires")
+    assert leg_refusals(fixture_of(wires)) == []
 
 
 @pytest.mark.parametrize(

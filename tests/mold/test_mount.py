@@ -9,10 +9,13 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.mold.cad.features import features_of
 from fingerdesign.mold.cad.mount import build_mount
 from fingerdesign.mold.part import BASE
-from fingerdesign.mold.plan.mount import flange_holes
+from fingerdesign.mold.plan.mount import HEAD_MM, flange_holes
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.plan.refusals import MoldRefused
 from fingerdesign.mold.solids import least_distance
 from tests.support.molds import shipped
+
+LARGE = {"width": 44.0, "depth": 40.0, "arc_radius": 120.0}
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +41,26 @@ def test_the_pattern_of_iso_9409_is_a_circle_of_50_mm(mounted):
     holes = np.array(flange_holes(plan))
     assert 2.0 * np.hypot(holes[:, 0], holes[:, 1]) == pytest.approx(np.full(4, 50.0))
     assert build_mount(plan)[0].solid.BoundingBox().xlen == pytest.approx(63.0, abs=0.1)
+
+
+def test_a_flange_whose_screws_would_be_below_the_base_plate_is_refused(mounted):
+    """Heads of 10 mm at (17.7, 17.7): clear of 26 x 14.6 mm, not of 48 x 44.6 mm."""
+    large = {f"body.{key}_mm": size for key, size in LARGE.items()} | {"plates.span_mm": 40.0}
+    assert plan_mold(with_values(mounted[0].design, large))
+    with pytest.raises(MoldRefused, match=r"mold.mount = iso9409: must be inserts.*48 x 44.6"):
+        plan_mold(with_values(mounted[0].design, large | {"mold.mount": "iso9409"}))
+
+
+def test_screws_heads_have_room_and_inserts_a_wall_between_them():
+    plan = plan_mold(shipped("film_tees", mold__mount="iso9409"))
+    (receiver,) = build_mount(plan)
+    for x, z, _ in flange_holes(plan):
+        at = cq.Vector(x, -plan.base - plan.limits.clearance_mm, z)
+        head = cq.Solid.makeCylinder(0.5 * HEAD_MM, 6.0, at, cq.Vector(0.0, 1.0, 0.0))
+        assert receiver.solid.intersect(head).Volume() < 1e-6
+    slim = plan_mold(shipped("homogeneous", body__width_mm=4.0, body__arc_radius_mm=8.0))
+    (one, _, wide), (other, *_) = flange_holes(slim)
+    assert abs(one - other) >= wide + 2.0
 
 
 def test_the_least_distance_of_outlines_is_exact():

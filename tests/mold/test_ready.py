@@ -20,6 +20,7 @@ LED = {"reason": None, "words": "6 wires", "reading_error": 0.01, "sentences": [
 FAR = {**PLACED, "together": {"worst": 2.0 * MOST_ERROR}, "fixes": []}
 FINER = {**FAR, "fixes": [{"lines": ['mold.process = "machined"'], "reading_error": 0.1}]}
 STIFF = {**LED, "reading_error": 2.0 * MOST, "fixes": [{"lines": ["mold.wire_mm = 0.1"]}]}
+TRACES = ('gages.leads.kind = "traces"', 'gages.leads.course = "leg"')
 UNKNOWN = {"reason": "no mesh", "sentences": ["The leads are not known."]}
 
 
@@ -36,6 +37,21 @@ UNKNOWN = {"reason": "no mesh", "sentences": ["The leads are not known."]}
         ({}, PLACED, STIFF, ["6 wires change"], ["mold.wire_mm = 0.1"]),
         ({}, PLACED, UNKNOWN, ["not known"], []),
         ({"plates.count": 0}, PLACED, LED, ["no plates"], ["plates.count = "]),
+        # Leads that the model has and the mold does not make; gages that are not those cast.
+        ({"gages.leads.kind": "none"}, PLACED, LED, ["other leads"], [*TRACES]),
+        ({"gages.leads.kind": "wire"}, PLACED, LED, ["other leads"], [*TRACES]),
+        (
+            {"gages.leads.kind": "traces", "gages.leads.course": "leg", "gages.leads.number": 0},
+            *(PLACED, LED, ["other leads"], ["gages.leads.number = 6"]),
+        ),
+        (
+            {"gages.leads.kind": "wire", "mold.leads": "wires"},
+            *(PLACED, LED, ["wires cannot"], ['mold.leads = "leg"', *TRACES]),
+        ),
+        (
+            {"gages.kind": "printed_film"},
+            *(PLACED, LED, ["is cast"], ['gages.kind = "sputtered_film"']),
+        ),
     ],
 )
 def test_each_reason_names_the_lines_that_mend_it(keys, placement, leads, words, fix):

@@ -14,6 +14,7 @@ from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart
 from fingerdesign.mold.part import MOUNT
 from fingerdesign.mold.plan.mount import (
     FLOOR_MM,
+    HEAD_MM,
     INSERT_DEEP_MM,
     ISO_DISC_MM,
     SIDE_MM,
@@ -52,6 +53,9 @@ def build_mount(plan: MoldPlan) -> tuple[BuiltPart, ...]:
         deep = INSERT_DEEP_MM if inserts else FLOOR_MM + 20.0
         foot = cq.Vector(at, floor - FLOOR_MM - 1.0, across)
         cuts.append(cq.Solid.makeCylinder(0.5 * wide, deep + 1.0, foot, up))
+        if not inserts:  # the screw's head, on the floor
+            head = cq.Vector(at, floor, across)
+            cuts.append(cq.Solid.makeCylinder(0.5 * HEAD_MM + play, 20.0, head, up))
     foot = cq.Vector(0.0, floor - FLOOR_MM - 1.0, -0.5 * z)
     cuts.append(cq.Solid.makeCylinder(0.5 * STOP_SCREW_MM, FLOOR_MM + 2.0, foot, up))
     solid = one_solid(whole.cut(*cuts).clean(), MOUNT)

@@ -11,6 +11,7 @@ from fingerdesign.mold.plan.fasteners.fasteners import fastened, fastener_refusa
 from fingerdesign.mold.plan.fixture.legs import LEAST_WIDTH_MM, fixture_of
 from fingerdesign.mold.plan.fixture.refusals import leg_refusals
 from fingerdesign.mold.plan.limits import limit_refusals, limits_of
+from fingerdesign.mold.plan.mount import mount_refusals
 from fingerdesign.mold.plan.open_pour import open_plan
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import MoldRefused, Refusal
@@ -30,16 +31,21 @@ def plan_mold(design: Design) -> MoldPlan:
     more such places, each with a vent of its own. Legs, then pins, are thin where others leave no
     room for bolts and pins.
     """
-    found = _try(design)
+    found = _mounted(_try(design))
     refused = set() if isinstance(found, MoldPlan) else {refusal.key for refusal in found}
     for thinner in _thinner(design) if refused and refused <= _ROOM else ():
-        thin = _try(thinner)
+        thin = _mounted(_try(thinner))
         if isinstance(thin, MoldPlan):
             mold = thinner.mold.model_copy(update={"leg_mm": design.mold.leg_mm})
             return replace(thin, design=design.model_copy(update={"mold": mold}))
     if isinstance(found, MoldPlan):
         return found
     raise MoldRefused(found, design.design.name)
+
+
+def _mounted(found: MoldPlan | list[Refusal]) -> MoldPlan | list[Refusal]:
+    """Return a plan whose mount can be, or its refusals."""
+    return (mount_refusals(found) or found) if isinstance(found, MoldPlan) else found
 
 
 def _thinner(design: Design) -> Iterator[Design]:

@@ -31,7 +31,10 @@ def hours_of(casting: Casting) -> tuple[HoursData, ...]:
     """The steps with their counts and hours."""
     return tuple(
         HoursData(
-            step=step, counts=counts, bare_h=round(bare / 60.0, 2), wired_h=round(wired / 60.0, 2)
+            step=step,
+            counts=counts,
+            bare_h=round(bare / 60.0, 2),
+            wired_h=round(wired / 60.0, 2) if casting.plan.frames else 0.0,
         )
         for step, counts, bare, wired in _steps(casting)
     )
@@ -91,8 +94,9 @@ def _gages(casting: Casting, plates: int) -> Iterator[tuple[str, str, float, flo
 def hours_words(hours: tuple[HoursData, ...] | list[HoursData]) -> str:
     """Both sums and the longest step, for the verdict."""
     bare, wired = sum(e["bare_h"] for e in hours), sum(e["wired_h"] for e in hours)
-    longest = max(hours, key=lambda each: each["wired_h"])
+    longest = max(hours, key=lambda each: each["wired_h"] or each["bare_h"])
+    more = f", {wired:.0f} h more for the wired one" if wired else ""
     return (
-        f"{bare:.0f} h for the bare finger, {wired:.0f} h more for the wired one; longest: "
-        f"{longest['step']}, {longest['counts']}, {longest['wired_h']:.0f} h"
+        f"{bare:.0f} h for the bare finger{more}; longest: {longest['step']}, "
+        f"{longest['counts']}, {longest['wired_h'] or longest['bare_h']:.0f} h"
     )

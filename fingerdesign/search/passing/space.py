@@ -250,12 +250,15 @@ def _is_default(key: str, value: Any, design: Design) -> bool:
 
 def _fixed(design: Design, freedom: Freedom) -> dict[str, object]:
     """Changes that every trial has: rosettes on both faces, whose area follows the stick area."""
+    film = load_design(PASSING[0]).mold
     changes: dict[str, object] = {
         "gages.grid": "tee",
         "gages.face": "both",
         "gages.transverse_weight": None,
-        # No gage that is sold fits plates of half a millimetre: film is made on them.
-        "mold.gage": load_design(PASSING[0]).mold.gage,
+        # No gage that is sold fits plates of half a millimetre: film is made on them, its traces on
+        # their legs.
+        "mold.gage": film.gage,
+        "mold.leads": film.leads,
     }
     own = MATERIALS[_FILMS[0]]
     if freedom.allows("plates.material"):
