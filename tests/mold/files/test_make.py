@@ -295,7 +295,7 @@ def test_an_interruption_writes_nothing_and_says_so(stages, command, tmp_path):
     stages(cad_error=KeyboardInterrupt())
     out, err = command("--quiet", code=130)
     assert (out, err.strip()) == ("", "interrupted; finished work is stored")
-    assert list((tmp_path / "out").iterdir()) == []
+    assert not (tmp_path / "out").exists()  # it was made for the mold
 
 
 @pytest.mark.slow
