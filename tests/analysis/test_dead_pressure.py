@@ -89,7 +89,7 @@ def test_runs_below_the_lower_bound_have_answers_and_those_beyond_the_upper_fail
         for bound in (sound_pressure, greatest_possible)
     )
     assert pressed(design, low, 4)[-1].measures.normal_force > 0.0
-    with pytest.raises(PathStopped):
+    with pytest.raises(PathStopped, match="no answer"):
         pressed(design, 1.02 * high, 8)
 
 

@@ -17,6 +17,8 @@ from fingerdesign.contact.friction import Friction
 from fingerdesign.contact.solver.newton import NewtonResult, relative_residual
 
 _LOOK = 10  # Sweeps between two checks of the residual and the clock.
+# N. Sweeps grow to it only where the compliance is not positive definite, and soon overflow.
+_ABSURD = 1e100
 
 
 def gauss_seidel(
@@ -31,7 +33,8 @@ def gauss_seidel(
     """Sweep until the natural residual is below ``tolerance``, or sweeps or processor time run out.
 
     compliance (m dim, m dim) symmetric, offset and start (m, dim), as in newton.newton. The best
-    iterate looked at is returned, with converged = False where the tolerance was not met.
+    iterate looked at is returned, with converged = False where the tolerance was not met, as with a
+    compliance that is not positive definite.
     ``time_limit``: seconds of processor time.
     """
     m, dim = offset.shape
@@ -57,7 +60,7 @@ def gauss_seidel(
             best, best_residual = force.copy(), residual
         if residual <= tolerance:
             return NewtonResult(best, best_residual, sweep, True)
-        if time.process_time() > until:
+        if time.process_time() > until or np.abs(force).max() > _ABSURD:
             break
     return NewtonResult(best, best_residual, sweep, False)
 

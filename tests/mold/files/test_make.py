@@ -294,7 +294,7 @@ def test_the_command_prints_parts_and_verdict_and_what_replaces_a_good_mold_says
 def test_an_interruption_writes_nothing_and_says_so(stages, command, tmp_path):
     stages(cad_error=KeyboardInterrupt())
     out, err = command("--quiet", code=130)
-    assert (out, err.strip()) == ("", "interrupted; finished work is stored")
+    assert (out, err.strip()) == ("", "interrupted; nothing of the mold is stored")
     assert not (tmp_path / "out").exists()  # it was made for the mold
 
 
