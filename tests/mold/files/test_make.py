@@ -172,7 +172,7 @@ def test_a_mold_that_fails_leaves_a_record_that_says_so(stages, tmp_path, given,
     page = re.sub(
         r"</?(?:a|button)\b[^>]*>", "", (tmp_path / "block" / "report.html").read_text("utf-8")
     )
-    assert (UNDERCUT if "cad_error" in given else "its least wall is 0.5 mm") in page
+    assert (UNDERCUT if "cad_error" in given else "its least wall is 0.5\xa0mm") in page
 
 
 def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path):
