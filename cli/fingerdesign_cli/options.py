@@ -56,9 +56,7 @@ class Place(click.Path):
     def __init__(self, dir_okay: bool = True) -> None:
         super().__init__(path_type=Path, dir_okay=dir_okay)
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> Any:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path. UsageError where it is empty."""
         if str(value) == "" and not isinstance(value, Path):
             name = "the path" if param is None else param.human_readable_name

@@ -149,7 +149,9 @@ def _pressure_faults(design: Design, scene: Scene) -> list[Fault]:
     remedy = "press less, take --fidelity 3d (small strain), or a wider body or harder rubber"
     if scene.path.control != "force":
         less = greatest_approach_at(design, scene.object, most)
-        remedy = f"press {less:.3g} mm or less, take --fidelity 3d (small strain), or a thicker body"
+        remedy = (
+            f"press {less:.3g} mm or less, take --fidelity 3d (small strain), or a thicker body"
+        )
     value = float(scene.path.rows[worst][0])
     return [Fault(f"{scene.path.key}[{worst}][0]", value, bound, remedy)]
 
