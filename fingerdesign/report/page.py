@@ -148,7 +148,8 @@ def render_page(template: Path, **values: Any) -> str:
     """A template as text, all values escaped; ``style`` is the common style sheet.
 
     No number is parted from its unit at the end of a line. The first use of each term of the
-    glossary opens its definition. A template may take macros from ``parts.html.j2``. Raises jinja2.UndefinedError where it names a value that is not given.
+    glossary opens its definition. A template may take macros from ``parts.html.j2``. Raises
+    jinja2.UndefinedError where it names a value that is not given.
     """
     made = _environment(template.parent, COMMON, autoescape=True)
     style = _safe((COMMON / "report.css").read_text(encoding="utf-8"))

@@ -1,8 +1,6 @@
 """Commands about one finger: a design, its check, mesh, analysis, assumptions and mold; and about
 many: variants, studies, searches, comparisons."""
 
-from pathlib import Path
-
 import click
 
 from fingerdesign_cli.options import (
