@@ -115,11 +115,9 @@ def test_links_into_a_page_find_their_heading(page):
             assert name in map(anchor, re.findall(r"^#+ (.*)$", text, re.MULTILINE)), (target, name)
 
 
-def test_numbers_are_shown_by_a_command_or_have_a_reason():
+def test_numbers_are_shown_by_a_command():
     """A new one needs a command next to it that prints it, or a record; else leave it out."""
-    assert stated_numbers.counted() == {
-        page: number for page, (number, _) in stated_numbers.OTHERS.items()
-    }
+    assert stated_numbers.counted() == {}
 
 
 def test_a_number_without_a_command_is_found():
