@@ -120,6 +120,19 @@ def test_numbers_are_shown_by_a_command():
     assert stated_numbers.counted() == {}
 
 
+def test_the_papers_references_and_parts_are_those_that_journals_ask_for():
+    paper, sources = (
+        (ROOT / "docs/paper" / f"paper.{kind}").read_text("utf-8") for kind in ("md", "bib")
+    )
+    assert set(re.findall(r"@(\w+)\]", paper)) == set(re.findall(r"^@\w+\{(\w+),", sources, re.M))
+    parts = re.findall(r"^# (.+)$", paper, re.M)
+    assert parts == [
+        *("Summary", "Statement of need", "State of the field", "Software design"),
+        *("Research impact statement", "AI usage disclosure", "Acknowledgements", "References"),
+    ]
+    assert 750 < len(paper.split()) < 1750  # what the Journal of Open Source Software allows
+
+
 def test_a_number_without_a_command_is_found():
     bare, shown = "# A\n\n12 % and `3 mm`, 4 of 5\n", "# B\n\n12 %\n\n    fingerdesign check x\n"
     assert stated_numbers.unshown(bare + shown) == ["12 %", "4 of 5"]

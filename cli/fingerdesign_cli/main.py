@@ -110,7 +110,8 @@ def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
         return FAILED
     if _end_requested or isinstance(error, click.Abort | KeyboardInterrupt):
         # An extension that was loading makes an ImportError of a signal.
-        stored = str(error) if isinstance(error, KeyboardInterrupt) else ""
+        stopped = error.__cause__ if isinstance(error, click.Abort) else error
+        stored = str(stopped) if isinstance(stopped, KeyboardInterrupt) else ""
         return _interrupted(stored or "finished work is stored")
     if isinstance(error, FingerDesignError):
         _say(f"failed: {error}")
