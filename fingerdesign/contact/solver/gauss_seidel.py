@@ -18,7 +18,7 @@ from fingerdesign.contact.solver.newton import NewtonResult, relative_residual
 
 _LOOK = 10  # Sweeps between two checks of the residual and the clock.
 # N. Sweeps grow to it only where the compliance is not positive definite, and soon overflow.
-_ABSURD = 1e100
+_ABSURD = 1e20
 
 
 def gauss_seidel(

@@ -144,7 +144,8 @@ def test_ready_to_cast_is_stated_of_a_sensor(stages, tmp_path, keys, worst, reas
     effect = {**EFFECT, "together": {**CHANGE, "worst": worst}}
     design = with_values(stages(effect=effect), keys)
     assert make.make_mold(design, tmp_path)["status"] == "ok"
-    page, sensor = (tmp_path / "report.html").read_text("utf-8"), record_in(tmp_path)["sensor"]
+    page = (tmp_path / "report.html").read_text("utf-8").replace("\xa0", " ")
+    sensor = record_in(tmp_path)["sensor"]
     assert sensor["reading_error"] == pytest.approx(worst)
     assert len(sensor["reasons"]) == len(reasons)
     assert sensor["ready"] == (not reasons) == ("ready to cast" in page)
