@@ -17,7 +17,7 @@ from fingerdesign.contact.friction import Friction
 from fingerdesign.contact.solver.newton import NewtonResult, relative_residual
 
 _LOOK = 10  # Sweeps between two checks of the residual and the clock.
-# N. Sweeps grow to it only where the compliance is not positive definite, and soon overflow.
+# N. Forces grow to it only where the compliance is not positive definite, and soon overflow.
 _ABSURD = 1e20
 
 
@@ -46,6 +46,8 @@ def gauss_seidel(
     rows = compliance.reshape(m, dim, m * dim)
     own = [friction.at(node) for node in range(m)]
     best, best_residual = force.copy(), np.inf
+    if (diagonal < 0.0).any():
+        return NewtonResult(best, best_residual, 0, False)
     until = time.process_time() + time_limit
     sweep = 0
     while sweep < sweeps:
@@ -54,13 +56,15 @@ def gauss_seidel(
         for _ in range(min(_LOOK, sweeps - sweep)):
             _one_sweep(force, motion, rows, normal_diagonal, tangential, own)
             sweep += 1
+            if np.abs(force).max() > _ABSURD:
+                return NewtonResult(best, best_residual, sweep, False)
         motion = (compliance @ force.reshape(-1)).reshape(m, dim) + offset
         residual = relative_residual(force, motion, diagonal[:, 0], friction)
         if residual < best_residual:
             best, best_residual = force.copy(), residual
         if residual <= tolerance:
             return NewtonResult(best, best_residual, sweep, True)
-        if time.process_time() > until or np.abs(force).max() > _ABSURD:
+        if time.process_time() > until:
             break
     return NewtonResult(best, best_residual, sweep, False)
 
