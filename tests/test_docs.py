@@ -115,11 +115,22 @@ def test_links_into_a_page_find_their_heading(page):
             assert name in map(anchor, re.findall(r"^#+ (.*)$", text, re.MULTILINE)), (target, name)
 
 
-def test_numbers_are_shown_by_a_command_or_have_a_reason():
+def test_numbers_are_shown_by_a_command():
     """A new one needs a command next to it that prints it, or a record; else leave it out."""
-    assert stated_numbers.counted() == {
-        page: number for page, (number, _) in stated_numbers.OTHERS.items()
-    }
+    assert stated_numbers.counted() == {}
+
+
+def test_the_papers_references_and_parts_are_those_that_journals_ask_for():
+    paper, sources = (
+        (ROOT / "docs/paper" / f"paper.{kind}").read_text("utf-8") for kind in ("md", "bib")
+    )
+    assert set(re.findall(r"@(\w+)\]", paper)) == set(re.findall(r"^@\w+\{(\w+),", sources, re.M))
+    parts = re.findall(r"^# (.+)$", paper, re.M)
+    assert parts == [
+        *("Summary", "Statement of need", "State of the field", "Software design"),
+        *("Research impact statement", "AI usage disclosure", "Acknowledgements", "References"),
+    ]
+    assert 750 < len(paper.split()) < 1750  # what the Journal of Open Source Software allows
 
 
 def test_a_number_without_a_command_is_found():

@@ -11,11 +11,19 @@ from fingerdesign_bench.known.table import FILE, table
 from fingerdesign_cli.main import cli, main
 
 from fingerdesign import parse_design
+from fingerdesign.analysis.fidelity.rungs import SPACE_SCALES
+from fingerdesign.checks import follow
 from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.control.controllers.rivals import OracleNear, OracleSafe
 from fingerdesign.errors import DesignError
+from fingerdesign.layout import pressure
 from fingerdesign.layout.rows import plate_frames
+from fingerdesign.mold.checks import walls
 from fingerdesign.mold.plan.limits import PROFILES, limits_of
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.search.optimise import sensitivity
+from fingerdesign.validate import assumptions
+from fingerdesign.validate.record import THRESHOLDS
 from tests.support import pages
 from tests.support.coarser import write_coarser
 
@@ -205,6 +213,28 @@ def test_the_molds_page_reports_refusals_as_they_are():
         assert (blamed[0] if blamed else f"{key} = ") in message
         for number in re.findall(r"\d+\.\d+", reported):
             assert number in message, (number, message)
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "value"),
+    [
+        ("explanation/accuracy.md", r"elements ([\d.]+) times smaller", SPACE_SCALES[0] / 2.8),
+        ("explanation/accuracy.md", r"pressure of ([\d.]+) \(of a slender", pressure._EDGES),
+        ("explanation/accuracy.md", r"contact pressure over (\d) shear", pressure._FACE),
+        ("how_to/control.md", r"closes to ([\d.]+) or 1.5 times", OracleNear.margin),
+        ("how_to/control.md", r"closes to 1.2 or ([\d.]+) times", OracleSafe.margin),
+        ("how_to/molds.md", r"outer combs \| ([\d.]+) mm clear", walls.CLEAR_MM),
+        ("how_to/optimise.md", r"less than (\d+) % of the variance", 100.0 * sensitivity.WEAK),
+        ("how_to/validate.md", r"design's value \| (\d+) % less", 100.0 * assumptions.E_BAND),
+        ("how_to/validate.md", r"zeroing \| (\d+) K more", assumptions.KELVIN),
+        ("how_to/validate.md", r"error of (\d+) % it recommends", 100.0 * THRESHOLDS.keep),
+        ("how_to/validate.md", r"Above (\d+) % it advises", 100.0 * THRESHOLDS.limit),
+        ("reference/fingers.md", r"([\d.]+) times the forecast approach", follow._TRAVEL),
+    ],
+)
+def test_bounds_that_pages_state_are_those_of_the_code(name, words, value):
+    (found,) = re.findall(words, page(f"docs/{name}"))
+    assert float(found) == pytest.approx(value, rel=0.03)  # 1.4 stands for a root of 2
 
 
 def test_the_suites_table_is_that_of_its_cases():

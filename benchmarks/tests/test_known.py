@@ -22,7 +22,7 @@ DOCS = Path(__file__).parents[2] / "docs/reference/suite.md"
 # Problems of a second or less; the others are marked slow.
 CHEAP = (
     *("patch_", "ssnv128", "wedge", "two_codes_plane_strain", "two_codes_plate", "order_ring"),
-    *("flat_punch", "measured_disc", "measured_blocks", "hertz_line", "order_layer"),
+    *("flat_punch", "measured_disc", "measured_blocks", "hertz_line", "line_", "order_layer"),
 )
 SOUND = {
     "name": "one",
@@ -94,6 +94,15 @@ def test_references_of_spence_lubkin_and_mindlin_are_what_theory_gives():
     assert theory.lubkin(0.5)[1] == pytest.approx(moment.reference, rel=1e-5)
     (work,) = (case for case in named("mindlin_loop") if case.quantity == "work of a cycle")
     assert theory.mindlin_loss(0.8) == pytest.approx(work.reference, rel=1e-4)
+    left, work = named("line_loop")
+    assert theory.line_shift(0.0, 0.8) == pytest.approx(left.reference, rel=1e-7)
+    assert theory.line_loss(0.8) == pytest.approx(work.reference, rel=1e-7)
+
+
+def test_the_loss_of_a_line_contact_is_the_area_of_its_loop():
+    shares = np.linspace(-0.8, 0.8, 20001)
+    back = np.array([theory.line_shift(q, 0.8) for q in shares])
+    assert np.trapezoid(back + back[::-1], shares) == pytest.approx(theory.line_loss(0.8), rel=1e-6)
 
 
 @pytest.mark.parametrize(

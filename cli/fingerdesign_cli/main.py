@@ -109,7 +109,10 @@ def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
         _say(f"failed: {error}{remedy}")
         return FAILED
     if _end_requested or isinstance(error, click.Abort | KeyboardInterrupt):
-        return _interrupted()  # an extension that was loading makes an ImportError of a signal
+        # An extension that was loading makes an ImportError of a signal.
+        stopped = error.__cause__ if isinstance(error, click.Abort) else error
+        stored = str(stopped) if isinstance(stopped, KeyboardInterrupt) else ""
+        return _interrupted(stored or "finished work is stored")
     if isinstance(error, FingerDesignError):
         _say(f"failed: {error}")
         return FAILED
@@ -134,11 +137,12 @@ def _warned(
     return _FORMATTED(message, category, filename, lineno, line)
 
 
-def _interrupted() -> int:
+def _interrupted(stored: str) -> int:
+    """Say so; stored: what becomes of the work."""
     if reached():
-        _say(f"stopped: {reached()}; finished work is stored")
+        _say(f"stopped: {reached()}; {stored}")
         return FAILED
-    click.echo("interrupted; finished work is stored", err=True)
+    click.echo(f"interrupted; {stored}", err=True)
     return INTERRUPTED
 
 

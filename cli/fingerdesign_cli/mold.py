@@ -51,8 +51,11 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})
     refuse_foreign(FOLDER, out / name)
     passed = older_passed(out / name)
-    with folders_above(out / name), progress(name) as show:
-        report = write_mold(design, out / name, show)
+    try:
+        with folders_above(out / name), progress(name) as show:
+            report = write_mold(design, out / name, show)
+    except KeyboardInterrupt as stopped:  # main prints its words
+        raise KeyboardInterrupt("nothing of the mold is stored") from stopped
     say_result(lambda: report, lambda: _show(report, out / name, cautions_of(design)))
     open_page(out / name / "report.html")
     if report["failure"] is None:

@@ -23,7 +23,6 @@ from fingerdesign.runtime.registry import CONTROLLERS, code_allowed, is_referenc
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
-FILE = click.Path(path_type=Path)
 # The names of --open, --details, --quiet and --json in a command's context.
 OPEN, DETAILS = "fingerdesign.open", "fingerdesign.details"
 QUIET, JSON = "fingerdesign.quiet", "fingerdesign.json"
@@ -51,11 +50,28 @@ CONTROLLER_NAMES = CONTROLLERS.shipped_names()
 _WHEN = "  [default: except in plane strain; view makes it later]"
 
 
-class ShippedOrFile(click.Path):
+class Place(click.Path):
+    """A path. An empty one, as of a shell's variable that is not set, would be this folder."""
+
+    def __init__(self, dir_okay: bool = True) -> None:
+        super().__init__(path_type=Path, dir_okay=dir_okay)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path. UsageError where it is empty."""
+        if str(value) == "" and not isinstance(value, Path):
+            name = "the path" if param is None else param.human_readable_name
+            if isinstance(param, click.Option):
+                name = param.opts[0]
+            wrong = f"{name} = '': must be a path that is not empty"
+            raise click.UsageError(f"{wrong}; give one (. is this folder), or leave it out", ctx)
+        return super().convert(value, param, ctx)
+
+
+class ShippedOrFile(Place):
     """A file, or the name of what is shipped; shells complete both. kinds: of which."""
 
     def __init__(self, *kinds: str) -> None:
-        super().__init__(path_type=Path)
+        super().__init__()
         self.kinds = kinds
 
     def shell_complete(
@@ -98,6 +114,7 @@ def masses_of(text: str) -> float | list[float] | None:
 
 
 MASSES = Masses()
+FILE = Place()
 DESIGN, SCENE, STUDY = (ShippedOrFile(kind) for kind in ("design", "scene", "study"))
 
 

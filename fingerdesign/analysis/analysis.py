@@ -8,7 +8,7 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case, Clock, result_digest
 from fingerdesign.analysis.fidelity.choice import Choice
-from fingerdesign.analysis.finite_path import finite_faults
+from fingerdesign.analysis.finite_path import finite_faults, pressure_note
 from fingerdesign.analysis.path import (
     PathStopped,
     closed_nodes,
@@ -151,6 +151,8 @@ def of_choices(case: Case, scene: Scene) -> Facts:
         found |= _of_section(design)
     if scene.path.control == "force" and scene.path.increments_mm:
         found["read_as_forces"] = {}
+    if case.fidelity == "finite" and (note := pressure_note(design, scene)):
+        found["near_dead_pressure"] = {"note": note}
     return found
 
 

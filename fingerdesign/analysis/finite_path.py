@@ -28,6 +28,12 @@ from fingerdesign.fem.finite.gage_lines import gage_lines
 from fingerdesign.fem.finite.row import Follower, Row, untouched
 from fingerdesign.fem.model import body_of, candidate_facets, free_ends
 from fingerdesign.fem.trace import contact_trace
+from fingerdesign.layout.pressure import (
+    greatest_approach_at,
+    greatest_possible,
+    greatest_pressure,
+    sound_pressure,
+)
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.types import Mesh
@@ -127,7 +133,41 @@ def finite_faults(design: Design, scene: Scene) -> list[Fault]:
         faults.append(
             Fault("readout.points_mm", scene.readout.points_mm, bound, "take --fidelity 3d")
         )
-    return faults
+    return faults + _pressure_faults(design, scene)
+
+
+def _pressure_faults(design: Design, scene: Scene) -> list[Fault]:
+    """The row whose forecast contact pressure is beyond what finite strain can follow."""
+    most, forecast = greatest_possible(design), greatest_pressure(design, scene)
+    if forecast <= most:
+        return []
+    worst = max(range(len(scene.path.rows)), key=lambda k: scene.path.rows[k][0])
+    bound = (
+        f"less at finite strain: the forecast mean contact pressure is {forecast:.2g} shear "
+        f"moduli of the body, and beyond {most:.2g} the deformed body gives way"
+    )
+    remedy = "press less, take --fidelity 3d (small strain), or a wider body or harder rubber"
+    if scene.path.control != "force":
+        less = greatest_approach_at(design, scene.object, most)
+        remedy = (
+            f"press {less:.3g} mm or less, take --fidelity 3d (small strain), or a thicker body"
+        )
+    value = float(scene.path.rows[worst][0])
+    return [Fault(f"{scene.path.key}[{worst}][0]", value, bound, remedy)]
+
+
+def pressure_note(design: Design, scene: Scene) -> str:
+    """A note on a scene that finite strain may not follow to its end; empty where it will."""
+    for fault in _pressure_faults(design, scene):
+        return f"sound at small strain only: {fault.key} = {fault.value} must be {fault.bound}"
+    least, forecast = sound_pressure(design), greatest_pressure(design, scene)
+    if forecast <= least:
+        return ""
+    return (
+        f"the forecast mean contact pressure is {forecast:.2g} shear moduli of the body: at finite "
+        f"strain every row has an answer up to {least:.2g}, and none beyond "
+        f"{greatest_possible(design):.2g}; between them a row may fail"
+    )
 
 
 def _follow(face: Facing, path: list[Motion | Forces], substeps: int | None) -> Iterator[Row]:

@@ -40,13 +40,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fingerdesign.arrays import Array
+from fingerdesign.control.former_estimator import (
+    AGAIN,
+    NAME,
+    PRESENT,
+    FormerEstimatorError,
+    present_record,
+)
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import FingerDesignError
 
 if TYPE_CHECKING:
     from fingerdesign.control.calibration import Calibration
 
-FORMAT = "fingerdesign grip estimator, 5"
+FORMAT = f"{NAME}{PRESENT}"
 LAGS = (1, 4, 12)  # steps back
 LEAST_FORCE = 0.05  # N: below it there is hardly a contact
 _LEAST_MOTION = 1e-4  # mm
@@ -241,11 +248,12 @@ class GripEstimator:
 
     @staticmethod
     def from_json(text: str) -> GripEstimator:
-        """Read what :meth:`to_json` wrote. Raises EstimatorError for anything else."""
+        """Read what :meth:`to_json` wrote, here or in a version with a former format
+        (former_estimator.py). Raises EstimatorError for anything else."""
         try:
-            record: dict[str, Any] = json.loads(text)
-            if record["format"] != FORMAT or tuple(record["lags"]) != LAGS:
-                raise EstimatorError(f"its format is not {FORMAT!r}: train it again")
+            record = present_record(json.loads(text))
+            if tuple(record["lags"]) != LAGS:
+                raise EstimatorError(f"its lags are not {LAGS}: {AGAIN}")
             curves = record["curves"]
             found = GripEstimator(
                 record["design"],
@@ -256,6 +264,8 @@ class GripEstimator:
             wrong = _faults(found)
         except EstimatorError:
             raise
+        except FormerEstimatorError as error:
+            raise EstimatorError(str(error)) from error
         except _INVALID as error:
             raise EstimatorError(f"{_NO_FILE} ({type(error).__name__})") from error
         if wrong:

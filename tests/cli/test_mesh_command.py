@@ -80,6 +80,7 @@ def test_a_wrong_design_is_bad_input(lines, words, tmp_path, terminal):
     [
         (["--format", "foo"], "one of vtu"),
         (["--out", "small.toml"], "--out = small.toml: must be a folder"),
+        (["--out", ""], "--out = '': must be a path that is not empty"),
         (["--out", "small.toml/x"], "small.toml is a file"),
         (["--out", "dangling/x"], "dangling is a link to nothing"),
         (["--out", "n" * 300], "must be a folder that can be written into"),

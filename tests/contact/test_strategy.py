@@ -148,6 +148,17 @@ def test_gauss_seidel_stops_at_its_limits():
     assert worst(compliance, offset, 0.5, full.multiplier) < 1e-10
 
 
+@pytest.mark.parametrize("block", [[[1.0, -3.0], [-3.0, 1.0]], [[-1.0, 0.0], [0.0, 1.0]]])
+def test_gauss_seidel_ends_where_the_compliance_is_not_positive_definite(block):
+    """As of a body that gives way under its contact forces: no overflow, no answer."""
+    offset = np.array([[-1.0, 0.0], [-2.0, 0.0]])
+    compliance = np.kron(block, np.eye(2))
+    found = gauss_seidel(compliance, offset, Coulomb(0.5), np.ones((2, 2)), 5000)
+    assert not found.converged
+    assert found.iterations < 100
+    assert np.isfinite(found.multiplier).all()
+
+
 def compliance_of(nodes, dim, seed=0):
     root = np.random.default_rng(seed).normal(size=(nodes * dim, nodes * dim))
     return root @ root.T / nodes + 0.2 * np.eye(nodes * dim)

@@ -45,7 +45,7 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        self.words += data
+        self.words += data.replace("\xa0", " ")
 
 
 @pytest.fixture

@@ -201,7 +201,7 @@ MOMENT = {
     *("peak_memory_MB", "memory_MB", "versions", "machine", "worker_id"),
 }
 WORDS = (  # of the moment, in texts and pages
-    (re.compile(r"\b\d[\d.,]*( |&nbsp;)(core )?(s|MB|seconds?)\b"), r"N \3"),
+    (re.compile(r"\b\d[\d.,]*([ \xa0]|&nbsp;)(core )?(s|MB|seconds?)\b"), r"N \3"),
     (re.compile(r"saves a factor [\d.]+"), "saves a factor N"),
     (re.compile(r"^\S+: \d+ of \d+(, N s left)?\n", re.M), ""),  # printed when the clock says so
     (re.compile(r"on \d+ cores?, one of which .*?(?=[\"\n<]|$)"), "on this machine"),

@@ -3,7 +3,7 @@
     python -m tests.support.stated_numbers
 
 Counted are numbers with a unit in README and docs, outside code. A number is shown where its
-section has a command or code that prints it. Others must be of a page and a reason in OTHERS.
+section has a command or code that prints it.
 """
 
 import re
@@ -17,18 +17,6 @@ UNITS = (
 NUMBER = re.compile(rf"(?<![\w.#/`-])\d(?:[\d,.]*\d)?\s?(?:{UNITS}|times|of \d+)(?![\w`])")
 SHOWN = re.compile(r"fingerdesign [a-z]|python -m |make [a-z]|^ {4}|^```", re.MULTILINE)
 NOT_SAID = re.compile(r"\]\([^)]*\)|`[^`]*`|^\s*\d+\.\s|\b[23]-D\b")
-# Numbers without a command next to them: how many a page has, and why they are no claims.
-OTHERS = {
-    "docs/reference/suite.md": (42, "reasons of known misses: a test takes them from the cases"),
-    "docs/how_to/molds.md": (6, "refusals, which a test runs; sizes that a check asks for"),
-    "docs/reference/fingers.md": (6, "rules of the defaults, which `new` and `check` apply"),
-    "docs/how_to/validate.md": (5, "what each comparison changes; bounds of the advice"),
-    "docs/explanation/plane_strain.md": (1, "the angle of the study's plates"),
-    "docs/explanation/paper.md": (2, "the paper's own numbers"),
-    "docs/explanation/accuracy.md": (1, "the ratio of sizes on the ladder"),
-    "docs/how_to/control.md": (1, "the oracles' own factors"),
-    "docs/how_to/optimise.md": (1, "a bound of the page's words"),
-}
 
 
 def pages():
@@ -64,5 +52,6 @@ def counted():
 
 
 if __name__ == "__main__":
+    print(f"{sum(counted().values())} stated numbers without a command next to them")
     for page, number in counted().most_common():
-        print(f"{page}: {number}, {OTHERS.get(page, (0, 'NOT SHOWN'))[1]}")
+        print(f"{page}: {number} not shown")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from fingerdesign_cli.options import fidelity_option, workers_option
+from fingerdesign_cli.options import Place, fidelity_option, workers_option
 
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.cli.frame import COMMANDS, PARTS, subcommand
@@ -129,7 +129,7 @@ def atlas(folder: Path, report: Report, only: tuple[str, ...], mesher: str) -> S
     "Where is plane strain right? The map (20 min).",
     click.option(
         "--study",
-        type=click.Path(dir_okay=False, path_type=Path),
+        type=Place(dir_okay=False),
         help="A study file of your own instead of the shipped designs/studies/plane_strain.toml.",
     ),
     quick="The first two values of each parameter (1 min).",

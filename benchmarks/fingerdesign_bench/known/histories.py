@@ -21,12 +21,19 @@ from fingerdesign_bench.known.rounds import (
     NU,
     RADIUS,
     line_block,
+    line_contact,
     load,
     modulus,
     orders,
     point_block,
 )
-from fingerdesign_bench.known.theory import lubkin, mindlin_loss, mindlin_shift
+from fingerdesign_bench.known.theory import (
+    line_loss,
+    line_shift,
+    lubkin,
+    mindlin_loss,
+    mindlin_shift,
+)
 
 STILL = Motion(0.0, 0.0)
 
@@ -101,14 +108,24 @@ def together_rates() -> Solution:
     return orders(1.0 / np.array(counts), {"traction, L2": np.array(errors)})
 
 
+def _cycle(most: float) -> tuple[Array, Array]:
+    """Forces in tenths of mu P: up to ``most``, and from there down to minus it."""
+    up = np.linspace(0.0, most, round(10 * most) + 1)[1:]
+    return up, np.linspace(most, -most, round(20 * most) + 1)[1:]
+
+
+def _work(shares: Array, shifts: Array) -> float:
+    """The work lost along a closed path of these corners."""
+    return -float(np.trapezoid(shares, shifts))
+
+
 def loop(most: float = 0.8) -> Solution:
     """A sphere sheared to ``most`` mu P, back to minus it and forth again, in tenths.
 
     Shifts over Mindlin's 3 mu P (2 - nu) / (16 G a), the work of a cycle over mu P times that.
     """
     problem, full = _problem(False, FRICTION), load(False)
-    up = np.linspace(0.0, most, round(10 * most) + 1)[1:]
-    down = np.linspace(most, -most, round(20 * most) + 1)[1:]
+    up, down = _cycle(most)
     shares = np.concatenate([up, down, -down])
     rows = [Forces(full, held=STILL), *(Forces(full, q * FRICTION * full) for q in shares)]
     steps = tuple(follow(problem, rows))
@@ -122,14 +139,47 @@ def loop(most: float = 0.8) -> Solution:
         ]
     )
     turn = len(up) - 1
-    cycle = slice(turn, None)
-    work, due = (-float(np.trapezoid(shares[cycle], each[cycle])) for each in (found, known))
+    work, due = (_work(shares[turn:], each[turn:]) for each in (found, known))
     values = {
         "shift at the turn": found[turn],
         "shift left at no force": found[turn + len(down) // 2],
         "work of a cycle": work / due * mindlin_loss(most),  # rid of the chords' own error
         "closed": found[-1] - found[turn],
     }
+    return Solution(values, (problem, steps))
+
+
+def line_loop(most: float = 0.8, size: float = 0.0125) -> Solution:
+    """A cylinder sheared to ``most`` mu P, back to minus it and forth again, in tenths.
+
+    The shift over mu P / (pi E*), the work of a cycle over mu P times that.
+    """
+    problem, full = line_contact(size).problem, load(True)
+    up, down = _cycle(most)
+    rows = [Forces(full, held=STILL)]
+    rows += [Forces(full, q * FRICTION * full) for q in (*up, *down, *-down)]
+    steps = tuple(follow(problem, rows))
+    unit = FRICTION * full / (np.pi * modulus())
+    found = np.array([step.increment.motion.shear for step in steps[len(up) :]]) / unit
+    known = np.array([line_shift(q, most) for q in (most, *down)])
+    shares = np.concatenate([[most], down, -down])
+    work = _work(shares, found) / _work(shares, np.concatenate([known, -known[1:]]))
+    values = {
+        "shift left at no force": found[len(down) // 2],
+        "work of a cycle": work * line_loss(most),  # rid of the chords' own error
+    }
+    return Solution(values, (problem, steps))
+
+
+def line_limit(size: float = 0.0125) -> Solution:
+    """A cylinder sheared to 0.95 mu P, then on by as much again, where all of it slips."""
+    problem, full = line_contact(size).problem, load(True)
+    shears = [Forces(full, share * FRICTION * full) for share in (0.5, 0.9, 0.95)]
+    steps = tuple(follow(problem, [Forces(full, held=STILL), *shears]))
+    near = steps[-1].increment
+    beyond = Forces(full, held=Motion(0.0, 2.0 * near.motion.shear))
+    force = measure(problem, solve_forces(problem, near.state, beyond)).tangential_force
+    values = {"stick at 0.95": _stick(steps[-1], True), "force beyond": force / (FRICTION * full)}
     return Solution(values, (problem, steps))
 
 

@@ -1,8 +1,6 @@
 """Commands about one finger: a design, its check, mesh, analysis, assumptions and mold; and about
 many: variants, studies, searches, comparisons."""
 
-from pathlib import Path
-
 import click
 
 from fingerdesign_cli.options import (
@@ -11,6 +9,7 @@ from fingerdesign_cli.options import (
     OUT,
     SHELVES,
     STUDY,
+    Place,
     ShippedOrFile,
     command,
     design_and_out,
@@ -38,7 +37,7 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 
 
 @command("new", "Write a commented starter design.")
-@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("file", type=Place(dir_okay=False))
 @click.option(
     "--from", "source", metavar="NAME", help="Start from this shipped design, scene or study."
 )
@@ -259,7 +258,7 @@ def tolerance() -> None:
 )
 @click.option(
     "--profile",
-    type=click.Path(path_type=Path, dir_okay=False),
+    type=Place(dir_okay=False),
     help="Instead of mold.process, [mold.limits] and [mold.comb]: what your machine and cutter "
     "hold, as measured on the profile.toml of a first mold.",
 )

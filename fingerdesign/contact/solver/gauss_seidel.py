@@ -17,6 +17,8 @@ from fingerdesign.contact.friction import Friction
 from fingerdesign.contact.solver.newton import NewtonResult, relative_residual
 
 _LOOK = 10  # Sweeps between two checks of the residual and the clock.
+# N. Forces grow to it only where the compliance is not positive definite, and soon overflow.
+_ABSURD = 1e20
 
 
 def gauss_seidel(
@@ -31,7 +33,8 @@ def gauss_seidel(
     """Sweep until the natural residual is below ``tolerance``, or sweeps or processor time run out.
 
     compliance (m dim, m dim) symmetric, offset and start (m, dim), as in newton.newton. The best
-    iterate looked at is returned, with converged = False where the tolerance was not met.
+    iterate looked at is returned, with converged = False where the tolerance was not met, as with a
+    compliance that is not positive definite.
     ``time_limit``: seconds of processor time.
     """
     m, dim = offset.shape
@@ -43,6 +46,8 @@ def gauss_seidel(
     rows = compliance.reshape(m, dim, m * dim)
     own = [friction.at(node) for node in range(m)]
     best, best_residual = force.copy(), np.inf
+    if (diagonal < 0.0).any():
+        return NewtonResult(best, best_residual, 0, False)
     until = time.process_time() + time_limit
     sweep = 0
     while sweep < sweeps:
@@ -51,6 +56,8 @@ def gauss_seidel(
         for _ in range(min(_LOOK, sweeps - sweep)):
             _one_sweep(force, motion, rows, normal_diagonal, tangential, own)
             sweep += 1
+            if np.abs(force).max() > _ABSURD:
+                return NewtonResult(best, best_residual, sweep, False)
         motion = (compliance @ force.reshape(-1)).reshape(m, dim) + offset
         residual = relative_residual(force, motion, diagonal[:, 0], friction)
         if residual < best_residual:

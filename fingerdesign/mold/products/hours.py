@@ -68,7 +68,8 @@ def _steps(casting: Casting) -> Iterator[tuple[str, str, float, float]]:
     slots = sum(len(side.slots) * (2 if side.outer else 1) for side in plan.sides)
     closing = f"{slots} slots, {len(plan.bolts)} bolts"
     minutes = 20.0 + 1.0 * slots + 2.0 * len(plan.bolts)
-    yield "thread plates, close the mold", closing, minutes, 1.5 * minutes if plates else minutes
+    step = "thread plates, close the mold" if plates else "close the mold"
+    yield step, closing, minutes, 1.5 * minutes
     yield "mix, de-air, pour", f"{casting.silicone['mass_g']:.1f} g", 40.0, 40.0
     legs = len(plan.legs)
     yield "open, trim", f"{legs} legs", 30.0 + 0.5 * legs, 30.0 + 1.0 * legs

@@ -14,6 +14,7 @@ from fingerdesign.mold.plan.pieces import Bolt
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import bill_of_materials, bolt_length, hardware, write_bill
 from fingerdesign.mold.products.casting import casting_of, mixing_of, silicone_of
+from fingerdesign.mold.products.hours import hours_of, hours_words
 from fingerdesign.mold.products.notes import bridged_gap, casting_notes, legs_share, warnings_of
 from tests.support.molds import shipped
 
@@ -167,3 +168,16 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     found = bill_of_materials(casting_of(replace(plan, design=tees), meshes, gage_fit(tees)))
     wire = next(item for item in found if item["item"] == "gage wire")
     assert wire["size"].startswith("4 m, 0.1 mm")  # six, three across the bundle
+
+
+def test_hours_without_plates_are_of_a_bare_casting_alone(hand_made):
+    """No gage, lead or plate is counted, nor a wired finger; the words leave its hours out."""
+    design = with_values(hand_made()[0], {"plates.count": 0})
+    plan, meshes = plan_mold(design), replace(hand_made()[2], plates=())
+    hours = hours_of(casting_of(plan, meshes, None))
+    assert sum(each["wired_h"] for each in hours) == 0.0 < sum(each["bare_h"] for each in hours)
+    steps = [each["step"] for each in hours]
+    assert steps[0] == "coupon"
+    assert not {"cut and deburr plates", "bond gages", "calibrate"} & set(steps)
+    assert not any("plate" in each["step"] for each in hours)
+    assert "wired" not in hours_words(hours)

@@ -1,0 +1,70 @@
+"""Estimator files of former formats, brought to the present one without training (numpy only).
+
+A network goes on as it is: features that it was not trained on get the weight 0.
+
+    format  what the next one added                                     brought here
+    1, 2    approach and stiffness of the finger's curves               no: files hold neither
+    3       the largest F_t / F_n so far, changes since the first pull  yes
+    4       a predicted error of the utilisation                        yes
+
+In format 4 and before, the standard deviation is known by the utilisation itself, so that is copied
+as the third output. A gage that has fallen silent counts as its mean in training, as now.
+"""
+
+from typing import Any
+
+import numpy as np
+
+NAME = "fingerdesign grip estimator, "
+PRESENT = 5
+OLDEST = 3
+_LAGS, _FORCES = 3, 7  # Steps back, and features of each that are not the gages' own.
+_NO_CURVES = "it holds neither approach nor stiffness of the finger"
+AGAIN = "train it again: fingerdesign train DESIGN"
+
+
+class FormerEstimatorError(ValueError):
+    """A file's format cannot be brought to the present one, with the remedy."""
+
+
+def present_record(record: dict[str, Any]) -> dict[str, Any]:
+    """The record in the present format, the same one where it is.
+
+    Raises FormerEstimatorError for formats that are not known or hold too little; KeyError,
+    TypeError or ValueError for what is no record of its format.
+    """
+    name, _, number = str(record["format"]).rpartition(" ")
+    if f"{name} " != NAME or not number.isdecimal() or not 1 <= int(number) <= PRESENT:
+        raise FormerEstimatorError(
+            f"its format is not {NAME!r}{OLDEST} to {PRESENT}: read it with the version that wrote "
+            f"it, or {AGAIN}"
+        )
+    if int(number) < OLDEST:
+        raise FormerEstimatorError(f"its format is {number}, and {_NO_CURVES}: {AGAIN}")
+    bands = record["bands"]
+    gages = len(record["curves"]["pressed_microstrain"][0])
+    if int(number) < 4:
+        bands = [_with_features(band, gages) for band in bands]
+    if int(number) < PRESENT:
+        bands = [_with_error(band) for band in bands]
+    return record | {"format": f"{NAME}{PRESENT}", "bands": bands}
+
+
+def _with_features(band: dict[str, Any], gages: int) -> dict[str, Any]:
+    """Add the largest F_t / F_n, and the changes since the first pull, with no weight."""
+    ratio, since = gages + 3, gages + 3 + _LAGS * (gages + _FORCES)
+    places = [ratio, *[since] * (gages + _FORCES)]
+    first, *later = band["layers"]
+    weight = np.insert(np.array(first["weight"], dtype=float), places, 0.0, axis=0)
+    center = np.insert(np.array(band["center"], dtype=float), places, 0.0)
+    scale = np.insert(np.array(band["scale"], dtype=float), places, 1.0)
+    layers = [first | {"weight": weight.tolist()}, *later]
+    return band | {"layers": layers, "center": center.tolist(), "scale": scale.tolist()}
+
+
+def _with_error(band: dict[str, Any]) -> dict[str, Any]:
+    """Add a third output, by which the standard deviation is looked up: the utilisation."""
+    *before, last = band["layers"]
+    weight, bias = np.array(last["weight"], dtype=float), [*last["bias"], last["bias"][1]]
+    weight = np.column_stack([weight, weight[:, 1]])
+    return band | {"layers": [*before, {"weight": weight.tolist(), "bias": bias}]}
