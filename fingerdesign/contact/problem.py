@@ -90,6 +90,22 @@ class ContactProblem:
         pressed = np.maximum(normal, 0.0)
         return float(self.friction.bound(pressed).sum() / max(pressed.sum(), 1e-300))
 
+    def slip_ratio(self, normal: Array) -> float | None:
+        """F_t / F_n at which the whole contact would slip toward +x under normal forces (m,) N.
+
+        Both forces are along the stage's axes, as a rig measures them. On a level plane it is the
+        friction coefficient; on one that leans by t degrees it is tan(atan(mu) + t). None without
+        contact, and under another law than Coulomb's, where it changes with F_n.
+        """
+        if not self.law.is_coulomb:
+            return None
+        pressed = np.maximum(normal, 0.0)
+        limit = np.zeros(self.shape)
+        limit[:, 0] = pressed
+        limit[:, 1] = np.copysign(self.friction.bound(pressed), self.frames[:, 1, 0])
+        force = self.to_global(limit).sum(axis=0)
+        return float(force[0] / -force[1]) if force[1] < 0.0 else None
+
     @property
     def friction_coefficient(self) -> float:
         """Coulomb's coefficient. Raises SolverError under another law, which has none."""

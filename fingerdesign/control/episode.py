@@ -214,6 +214,7 @@ def _result(run: _Run, friction_coefficient: float, outcome: GripEnding, reason:
         swing_Hz=last.frequency,
         outcome=outcome,
         steps_to_lift=len(gripping) if lift is None else lift - run.preload_moves + 1,
+        slip_ratio=last.slip_ratio if lift is None else truths[lift].slip_ratio,
     )
 
 

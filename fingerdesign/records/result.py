@@ -121,7 +121,10 @@ class IncrementResult:
 class GripResult:
     """One grip: two like fingers, each with F_t = m g / 2 once the object is lifted.
 
-    safety_margin: F_n / (F_t / mu) at the first lifted increment, None if it was not lifted.
+    safety_margin: F_n over the least that holds, at the first lifted increment; None if it was not
+    lifted. slip_ratio: F_t / F_n at which the contact would slip, at the lift or else at the end:
+    mu, unless the object leans. None without contact, under another law, and in records of earlier
+    versions.
     minimum_stick_ratio: over the increments with F_t > 0, None if there is none.
     slip_distance_mm: least accumulated slip over the points in contact.
     steps: control steps after the preload; steps_to_lift: those up to the lift, or all of them.
@@ -176,11 +179,13 @@ class GripResult:
     unsure: bool | None = None
     reaction_steps: int | None = None
     friction_law: str = ""
+    slip_ratio: float | None = None
 
     @property
     def least_force_N(self) -> float:
-        """Least normal force that holds the object, m g / 2 mu by the coefficient of its weight."""
-        return weight_per_finger(self.object_mass_g) / self.friction_coefficient
+        """Least normal force that holds the object: m g / 2 over the slip ratio, or over mu."""
+        ratio = self.friction_coefficient if self.slip_ratio is None else self.slip_ratio
+        return weight_per_finger(self.object_mass_g) / ratio
 
     @property
     def peak_ratio(self) -> float:

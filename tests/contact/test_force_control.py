@@ -72,6 +72,8 @@ def test_a_slope_holds_what_a_wedge_can(strip, friction, side):
             ratio = side * (0.5 * (up + down) + share * (limit - 0.5 * (up + down)))
             found = solve_forces(problem, state, Forces(0.05, 0.05 * ratio))
             assert whole(problem, found) == pytest.approx((0.05, 0.05 * ratio), abs=1e-9)
+            toward_x = np.tan(np.arctan(friction) + side * slope)
+            assert problem.slip_ratio(found.multiplier[:, 0]) == pytest.approx(toward_x)
         beyond = limit + 1e-3 * (limit - 0.5 * (up + down))
         with pytest.raises(NoEquilibrium, match="complete slip"):
             solve_forces(problem, state, Forces(0.05, 0.05 * side * beyond))

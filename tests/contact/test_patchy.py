@@ -34,6 +34,19 @@ def test_each_node_keeps_to_its_own_friction(name, request):
 
 
 @pytest.mark.parametrize("name", ["strip", "patch"])
+def test_it_slips_as_a_whole_at_its_slip_ratio(name, request):
+    problem = request.getfixturevalue(name)
+    problem = problem.patchy(np.random.default_rng(3).uniform(0.8, 1.2, problem.shape[0]))
+    *_, last = followed(problem, [*PATH, Motion(0.02, 0.3)])
+    found = measure(problem, last)
+    assert found.stick_ratio == 0.0
+    ratio = problem.slip_ratio(last.multiplier[:, 0])
+    assert found.tangential_force / found.normal_force == pytest.approx(ratio, rel=1e-6)
+    assert ratio != pytest.approx(problem.friction_coefficient, rel=1e-3)
+    assert problem.slip_ratio(np.zeros(problem.shape[0])) is None
+
+
+@pytest.mark.parametrize("name", ["strip", "patch"])
 def test_the_same_share_everywhere_is_another_coefficient(name, request):
     problem = request.getfixturevalue(name)
     everywhere = problem.patchy(np.full(problem.shape[0], 0.6))

@@ -47,6 +47,7 @@ class SingleRegulator:
         self.stiffness, self.history = S(calibration.tangential_stiffness), []
         self.pulled, self.pending = False, deque([(ZERO, ZERO)] * (self.delay + 1))
         self.pressing = self.weight = self.sum = self.used = self.probed = ZERO
+        self.carried = ZERO
 
     def changes(self, first, alone, scale, pressed):
         """Features of what changed since a moment."""
@@ -145,7 +146,9 @@ class SingleRegulator:
         friction = self.sum / self.weight if known else ZERO
         if lifted:
             in_use = ratio / (self.sure_part(friction) if known else n.UNKNOWN)
-            return ZERO, self.close(pressed) if in_use > n.MOST_HELD else ZERO
+            self.carried = self.carried or ratio
+            tugged = in_use > n.MOST_HELD or ratio > n.TUGGED * self.carried
+            return ZERO, self.close(pressed) if tugged else ZERO
         self.used += n.NEWS * (used - self.used)
         believed = ratio / friction if known else ZERO
         if stick < n.LEAST_STICK or max(self.used, believed) > n.MOST_USED:

@@ -19,8 +19,10 @@ from fingerdesign.design.grip import weight_per_finger
 class Truth:
     """The plant's true state, for the judge alone; mm and N, forces of one finger.
 
-    stick_ratio: stick area / contact area, None without contact. slip_distance: least accumulated
-    slip over the points in contact. complete_slip: loaded, and (nearly) nothing sticks. lifted:
+    stick_ratio: stick area / contact area; slip_ratio: F_t / F_n at which the whole contact would
+    slip, the friction coefficient unless the object leans; both None without contact, the second
+    under another law than Coulomb's too.
+    slip_distance: least accumulated slip over the points in contact. complete_slip: loaded, and (nearly) nothing sticks. lifted:
     the object hangs free of its support; None where the plant holds no object with a weight. rise:
     of the object above its support, mm.
 
@@ -37,6 +39,7 @@ class Truth:
     stick_ratio: float | None
     slip_distance: float
     complete_slip: bool
+    slip_ratio: float | None = None
     lifted: bool | None = None
     rise: float = 0.0
     sliding: bool | None = None
@@ -75,6 +78,7 @@ def observe(problem: ContactProblem, increment: Increment, face: str) -> tuple[T
         stick_ratio=found.stick_ratio,
         slip_distance=found.slip_distance,
         complete_slip=completely_slips(found, problem.model.dimension),
+        slip_ratio=problem.slip_ratio(increment.multiplier[:, 0]),
     )
     readings = gage_readings(found.gages, face)
     return truth, Sample(readings, found.normal_force, found.tangential_force)
@@ -127,14 +131,17 @@ def may_be_caught(truth: Truth) -> bool:
 
 
 def safety_margin(truth: Truth, friction_coefficient: float) -> float | None:
-    """F_n / (F_t / mu): how many times the least normal force is applied; None without F_t.
+    """How many times the normal force is applied that just holds F_t; None without F_t.
+
+    friction_coefficient: counts where the truth has no slip ratio.
 
     >>> safety_margin(Truth(0.1, 0.1, 10.0, 2.0, 0.5, 0.0, False), 0.3)
     1.5
     """
     if not truth.tangential_force > 0.0:
         return None
-    return friction_coefficient * truth.normal_force / truth.tangential_force
+    ratio = friction_coefficient if truth.slip_ratio is None else truth.slip_ratio
+    return ratio * truth.normal_force / truth.tangential_force
 
 
 def minimum_stick_ratio(path: Sequence[Truth]) -> float | None:

@@ -273,7 +273,10 @@ static void next(regulator *r, estimate found, float normal, float tangential, i
     float believed = known ? ratio / friction : 0.0f;
     to->dx = to->dy = 0.0f;
     if (lifted) {
-        if (ratio / (known ? surely(r, friction) : UNKNOWN) > MOST_HELD)
+        if (r->carried == 0.0f)
+            r->carried = ratio;
+        if (ratio / (known ? surely(r, friction) : UNKNOWN) > MOST_HELD
+            || ratio > TUGGED * r->carried)
             to->dy = closing(r, pressed);
         return;
     }

@@ -43,7 +43,7 @@ typedef struct {
     float touch[REGULATOR_GAGES], since[4];
     float unfelt_dx[REGULATOR_MOST_DELAY + 1], unfelt_dy[REGULATOR_MOST_DELAY + 1];
     int delay, settling;
-    float stiffness, pressing, weight, sum, used, probed, most;
+    float stiffness, pressing, weight, sum, used, probed, most, carried;
 } regulator;
 
 /* Begin a grip at its preload. delay: samples from a move until it is felt; stiffness: dF_t/dx at

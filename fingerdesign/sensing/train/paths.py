@@ -65,10 +65,13 @@ class RandomGripPath:
 
     @property
     def friction_utilisation(self) -> tuple[float, ...]:
-        """F_t / (mu F_n) of each step, 0 without contact."""
-        mu = self.friction_coefficient
+        """F_t / F_n of each step over the ratio at which the whole contact slips, 0 without contact.
+
+        On an object that leans by two degrees that ratio is off the friction coefficient by 0.035,
+        a sixth of a coefficient of 0.2: a hand that held a share of the coefficient would slip.
+        """
         return tuple(
-            t.tangential_force / (mu * t.normal_force) if t.normal_force > 0.0 else 0.0
+            t.tangential_force / (t.slip_ratio * t.normal_force) if t.slip_ratio else 0.0
             for t in self.truths
         )
 
