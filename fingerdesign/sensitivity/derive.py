@@ -27,6 +27,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.sensitivity.areas import OwnRates, area_rates
 from fingerdesign.sensitivity.change import Change
@@ -115,7 +116,8 @@ def derivatives(
         raise DesignError([Fault("path.control", "'force'", bound, remedy)])
     increments = [increment for step in steps for increment in step.row]
     nodes = near_nodes(problem, increments)
-    single, rows = rows_of_plates(design, model.mesh)
+    frames = parameters[0].at(0.0).frames if parameters else plate_frames(design)
+    single, rows = rows_of_plates(design, model.mesh, frames)
     changes = [change_of(parameter, model, single) for parameter in parameters]
     fields = response_fields(model.condensed, nodes, rows)
     found = _Model(problem, nodes, fields, changes, increments)

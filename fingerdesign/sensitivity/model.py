@@ -47,6 +47,8 @@ class ResponseFields:
             rows = self._rows_of(change)
             if rows is not None:
                 found[number] += rows @ moved + flat.T @ (rows.T @ loads)
+            if change.attached is not None:
+                found[number] -= flat.T @ (change.attached @ moved)
             if change.thickness:
                 found[number] -= change.thickness * (self.values @ loads)
         return found
