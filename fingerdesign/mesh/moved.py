@@ -54,9 +54,7 @@ def plate_weights(mesh: Mesh, frames: Sequence[PlateFrame]) -> Array:
     own = [_own_nodes(mesh, *pair) for pair in zip(frames, distance, strict=True)]
     weights = np.empty((len(frames), len(mesh.points)))
     for k, away in enumerate(distance):
-        others = [
-            float(away[there].min(initial=np.inf)) for j, there in enumerate(own) if j != k
-        ]
+        others = [float(away[there].min(initial=np.inf)) for j, there in enumerate(own) if j != k]
         reach = _REACH * min([float(away[still].min()), *others])
         weights[k] = np.clip(1.0 - away / reach, 0.0, None)
         weights[k, own[k]] = 1.0

@@ -180,13 +180,13 @@ def _measured(
     case = Case(design, scene_for(design), fidelity, grips=False, fields=False)
 
     def work(zone: Zone) -> Sensitivity:
-        return _derived(case, frames, zone, sizes)
+        return place_slopes(case, frames, zone, sizes)
 
     found = in_wide_zone(design, zone_of(case, case.path_scene), work)
     return _effect(case, plan, frames, found)
 
 
-def _derived(
+def place_slopes(
     case: Case, frames: tuple[PlateFrame, ...], zone: Zone, sizes: SectionMesh | None
 ) -> Sensitivity:
     """Derivatives of the readings with the places of all ``frames``, axis by axis."""
@@ -202,7 +202,7 @@ def _derived(
     with one_thread():
         steps = follow_path(problem, scene, design)
     places = parameters_of(design, scene, names, frames)
-    return derivatives(design, scene, model, problem, steps, places)
+    return derivatives(design, scene, model, problem, steps, places, stick=False)
 
 
 def _effect(

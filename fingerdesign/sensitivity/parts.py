@@ -25,8 +25,10 @@ from fingerdesign.sensitivity.variant import Parameter
 from fingerdesign.sensitivity.velocity import is_rigid, node_velocity
 
 
-def change_of(parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matrix) -> Change:
-    """The direct effect of a parameter; rows: of :func:`rows_of_plates`.
+def change_of(
+    parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matrix, weights: Array
+) -> Change:
+    """The direct effect of a parameter; rows: of :func:`rows_of_plates`; weights: plate_weights.
 
     DesignError where it is not known.
     """
@@ -42,7 +44,7 @@ def change_of(parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matr
     if parameter.name == "body.depth_mm" and mesh.dimension == 2:
         deep = 1.0 / design.body.depth_mm
         return Change(parameter.name, facing=_facing(parameter, model, None), thickness=deep)
-    velocity = node_velocity(parameter, mesh) if parameter.kind != "object" else None
+    velocity = node_velocity(parameter, mesh, weights) if parameter.kind != "object" else None
     gages = attached = None
     if parameter.kind in ("placement", "plates", "body", "gages"):
         gages = _gage_rates(parameter, mesh, velocity, rows)
@@ -50,9 +52,7 @@ def change_of(parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matr
     facing = None
     if parameter.kind in ("body", "object"):
         facing = _facing(parameter, model, velocity)
-    return Change(
-        parameter.name, velocity=velocity, gages=gages, attached=attached, facing=facing
-    )
+    return Change(parameter.name, velocity=velocity, gages=gages, attached=attached, facing=facing)
 
 
 def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
@@ -111,7 +111,10 @@ def _gage_rates(
     if not frames:
         return None
     if is_rigid(parameter, mesh):
-        found = own_rows @ _turning(parameter, mesh)
+        turning = _turning(parameter, mesh)
+        if turning is None:
+            return None
+        found = own_rows @ turning
         pairs = pairing(frames, design.gages)
         return sp.csr_matrix(found if pairs is None else pairs @ found)
 
@@ -124,14 +127,17 @@ def _gage_rates(
     return sp.csr_matrix(parameter.rate(rows))
 
 
-def _turning(parameter: Parameter, mesh: Mesh) -> sp.csr_matrix:
-    """Matrix (n dim, n dim): rows of plates times it are the rates of rows that turn with them."""
+def _turning(parameter: Parameter, mesh: Mesh) -> sp.csr_matrix | None:
+    """Matrix (n dim, n dim): rows of plates times it are the rates of rows that turn with them;
+    None where no plate turns."""
 
     def angles(change: float) -> Array:
         return np.radians([frame.angle_deg for frame in parameter.at(change).frames])
 
-    spins = np.zeros(len(mesh.points))
-    for frame, spin in zip(parameter.at(0.0).frames, parameter.rate(angles), strict=True):
+    spins, rates = np.zeros(len(mesh.points)), parameter.rate(angles)
+    if not rates.any():
+        return None
+    for frame, spin in zip(parameter.at(0.0).frames, rates, strict=True):
         spins[mesh.cells[mesh.regions == frame.index + 1]] = spin
     turn = np.zeros((mesh.dimension, mesh.dimension))
     turn[0, 1], turn[1, 0] = 1.0, -1.0  # rows times this: vectors turned anticlockwise
@@ -140,10 +146,11 @@ def _turning(parameter: Parameter, mesh: Mesh) -> sp.csr_matrix:
 
 def _attached_rates(parameter: Parameter, body: Body) -> sp.csr_matrix | None:
     """Rates of the stiffness of leads and gages, bars that turn with their plates."""
-    if body.attached is None or not parameter.at(0.0).frames:
-        return None
     upper = body.attached
-    half = (upper + upper.T - sp.diags_array(upper.diagonal())) @ _turning(parameter, body.mesh)
+    turning = None if upper is None else _turning(parameter, body.mesh)
+    if upper is None or turning is None:
+        return None
+    half = (upper + upper.T - sp.diags_array(upper.diagonal())) @ turning
     return sp.csr_matrix(half + half.T)
 
 

@@ -34,6 +34,8 @@ def check_movable(parameter: Parameter, mesh: Mesh) -> None:
 
 def is_rigid(parameter: Parameter, mesh: Mesh) -> bool:
     """True where plates and gages keep their sizes: they move as rigid bodies."""
+    if parameter.kind == "placement":
+        return True
 
     def sizes(change: float) -> Array:
         varied = parameter.at(change)
@@ -74,8 +76,11 @@ def _immovable(parameter: Parameter, mesh: Mesh) -> Iterator[tuple[bool, str, st
         yield bool(np.abs(ends).max(initial=0.0) > _STILL), needed, "leave it out"
 
 
-def node_velocity(parameter: Parameter, mesh: Mesh) -> Array | None:
-    """Velocity (n, dim) of the nodes per unit of the parameter; None where none moves."""
+def node_velocity(parameter: Parameter, mesh: Mesh, weights: Array | None = None) -> Array | None:
+    """Velocity (n, dim) of the nodes per unit of the parameter; None where none moves.
+
+    weights: plate_weights, where they are known.
+    """
     rates = parameter.rate(lambda t: _places(parameter.at(t)))
     body = parameter.kind == "body"
     if not body and np.abs(rates).max(initial=0.0) < _STILL:
@@ -88,7 +93,8 @@ def node_velocity(parameter: Parameter, mesh: Mesh) -> Array | None:
     here = parameter.at(0.0)
     frames, gage = here.frames, here.design.gages.length_mm
     section, carried = mesh.points[:, :2], velocity[:, :2].copy()
-    for frame, rate, weight in zip(frames, rates, plate_weights(mesh, frames), strict=True):
+    weights = plate_weights(mesh, frames) if weights is None else weights
+    for frame, rate, weight in zip(frames, rates, weights, strict=True):
         if np.abs(rate).max() < _STILL and not body:
             continue
         velocity[:, :2] += weight[:, None] * (_motion(frame, gage, rate, section) - carried)
