@@ -40,7 +40,7 @@ from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.sensitivity.derive import Sensitivity, derivatives
-from fingerdesign.sensitivity.variant import PLACES, parameters_of
+from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
 
 # Distance of a leg from the face of a slot that it is pushed against by hand, under a lens, until
 # clay holds it. It is assumed: half a tenth of a millimetre is seen well at ten times.
@@ -172,9 +172,7 @@ def _measured(
     sizes: SectionMesh | None,
     fidelity: str,
 ) -> Effect:
-    whole = design.plates.model_copy(update={"model": "solid"})  # they are cast, whatever the model
-    quadratic = design.mesh.model_copy(update={"element": "auto"})  # derivatives know no other
-    design = design.model_copy(update={"plates": whole, "mesh": quadratic})
+    design = differentiable(design)  # plates are cast whole, whatever the design's model
     if fidelity == "3d":
         design = meshed_for_grips(design, fidelity)
     case = Case(design, scene_for(design), fidelity, grips=False, fields=False)

@@ -63,9 +63,13 @@ class Sensitivity:
     @property
     def reading(self) -> Array:
         """Derivatives (k, plates, P) of what ``gages.face`` reads, microstrain."""
-        face = {"upper": 0, "lower": 1}.get(self.readings.face)
-        mean = self.gages.mean(axis=2)
-        return np.asarray(mean if face is None else self.gages[:, :, face])
+        return face_mean(self.gages, self.readings.face)
+
+
+def face_mean(gages: Array, face: str) -> Array:
+    """What is read (k, plates, P) of both faces (k, plates, 2, P): one, or their mean."""
+    one = {"upper": 0, "lower": 1}.get(face)
+    return np.asarray(gages.mean(axis=2) if one is None else gages[:, :, one])
 
 
 def sensitivity(

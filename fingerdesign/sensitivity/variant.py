@@ -64,6 +64,13 @@ class Parameter:
         return [(weight / self.step, of(k * self.step)) for k, weight in _WEIGHTS.items()]
 
 
+def differentiable(design: Design) -> Design:
+    """The design with what derivatives are known for: solid plates and quadratic elements."""
+    plates = design.plates.model_copy(update={"model": "solid"})
+    mesh = design.mesh.model_copy(update={"element": "auto"})
+    return design.model_copy(update={"plates": plates, "mesh": mesh})
+
+
 def parameters_of(
     design: Design,
     scene: Scene,

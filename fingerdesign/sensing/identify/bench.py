@@ -26,8 +26,9 @@ from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.control.trace import trace_of
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.runtime.streams import stream
-from fingerdesign.sensing.model import against, bench_problem
+from fingerdesign.sensing.model import against, bench_model
 from fingerdesign.sensing.perturb.faults import ALL
 from fingerdesign.sensing.perturb.finger import perturb
 
@@ -85,20 +86,31 @@ def phase_problems(
     lean_deg: float = 0.0,
     neighbour: Design | None = None,
 ) -> list[ContactProblem]:
-    """The finger against each phase's surface, the bench itself leaning; condensed once.
+    """The problems of :func:`phase_models`."""
+    return phase_models(design, phases, fidelity, lean_deg, neighbour)[1]
+
+
+def phase_models(
+    design: Design,
+    phases: Sequence[Phase],
+    fidelity: str,
+    lean_deg: float = 0.0,
+    neighbour: Design | None = None,
+) -> tuple[FiniteElementModel, list[ContactProblem]]:
+    """The finger, condensed once, and it against each phase's surface, the bench itself leaning.
 
     The zone, and so the mesh, does not depend on the lean. neighbour: see bench_problem.
     """
     tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
     room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
-    bench = bench_problem(design, room, fidelity, neighbour=neighbour)
+    model, bench = bench_model(design, room, fidelity, neighbour=neighbour)
 
     def facing(phase: Phase) -> ContactProblem:
         tilt = phase.tilt_deg + lean_deg
         met = against(bench, SceneObject(tilt_deg=tilt), design) if tilt else bench
         return met.with_friction(phase.friction_coefficient)
 
-    return [facing(phase) for phase in phases]
+    return model, [facing(phase) for phase in phases]
 
 
 @dataclass(frozen=True)

@@ -280,9 +280,7 @@ def _about_lean(model: BenchModel, data: _Data, report: Report) -> float:
     return float(_LEANS[int(np.argmin(left))]) if min(left) < _LEAN_GAIN * level else 0.0
 
 
-def fit_latents(
-    measured: Measured, workers: int = 1, report: Report = lambda message: None
-) -> LatentFit:
+def fit_latents(measured: Measured, report: Report = lambda message: None) -> LatentFit:
     """Fit the finger that was measured.
 
     Raises SolverError where the design's own model has no answer in the phases' moves.
@@ -300,7 +298,7 @@ def fit_latents(
     about = _about_lean(model, data, report) if tilts else 0.0
     planned = replace(model, phases=tuple(plan))
     shaped = [each for each in latents if each.kind not in ("gain", "touch")]
-    differences = sensitivities(planned, shaped, about, workers, report)
+    differences = sensitivities(planned, shaped, about, report)
     problem = _Problem(model, data, latents, _columns(data, latents, differences))
     report("fitting")
     found = least_squares(
