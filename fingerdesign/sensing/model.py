@@ -93,9 +93,9 @@ def bench_model(
     fixed_keys: Collection[str] = (),
     neighbour: Design | None = None,
 ) -> tuple[FiniteElementModel, ContactProblem]:
-    """Condense a finger and pose it against the plane of its bench, with contact nodes for the objects that it will
-    grip; fixed_keys: see meshed_for_grips.
+    """Condense a finger and pose it against the plane of its bench.
 
+    It has contact nodes for the objects that it will grip; fixed_keys: see meshed_for_grips.
     neighbour: a finger of the same body with other places of its flat plates. Its mesh is used and
     the plates in it are moved, so that both fingers compare without the difference of two meshes.
     """

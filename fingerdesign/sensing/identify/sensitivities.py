@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.case import fundamental_scene, gage_array
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
@@ -25,7 +25,7 @@ from fingerdesign.control.bench_curves import BenchCurves, Phase, bench_curves
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.digest import content_digest
-from fingerdesign.design.scene import Scene, SceneObject
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.runtime.cache import GARBLED, Cache, packed, unpacked
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, BenchModel, phase_models
@@ -33,7 +33,7 @@ from fingerdesign.sensing.identify.latents import AXES, Latent
 from fingerdesign.sensing.model import MESHED
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.derive import IncrementRates, changes_of, face_mean
-from fingerdesign.sensitivity.model import response_fields
+from fingerdesign.sensitivity.model import ResponseFields, response_fields
 from fingerdesign.sensitivity.path import near_nodes
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
 from fingerdesign.version import __version__
@@ -45,6 +45,7 @@ _FORMAT = 2
 _KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration)}
 
 
+_TILT = "object.tilt_deg"
 _SHARE = 0.01  # Of a latent's step: so near, curves between points keep their pieces.
 
 
@@ -87,37 +88,37 @@ def _differences(
     model: BenchModel, latents: Sequence[Latent], lean_deg: float, report: Report
 ) -> list[BenchCurves]:
     """Curves of each latent a little below the design's value, then above."""
+    report("sensitivities")
     design = differentiable(model.design)
     phases = [phase for phase in model.phases if phase.kind != "quick"]
-    report("sensitivities: condensing")
     condensed, problems = phase_models(design, phases, model.fidelity, lean_deg)
     with one_thread():
         paths = [
             [*follow(problem, _motions(phase), 1)]
             for phase, problem in zip(phases, problems, strict=True)
         ]
-    every = [step.increment for steps in paths for step in steps]
-    nodes = near_nodes(problems[0], every)
+    nodes = near_nodes(problems[0], [step.increment for steps in paths for step in steps])
+    fields: ResponseFields | None = None
+    known: dict[str, Change] = {}
     names = [_parameter_of(design, latent) for latent in latents]
-    played, slopes, fields, fixed = [], [], None, dict[str, Change]()
+    moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
     for phase, problem, steps in zip(phases, problems, paths, strict=True):
-        report(f"sensitivities: {len(played)} of {len(phases)} phases")
-        met = Scene(object=SceneObject(tilt_deg=phase.tilt_deg + lean_deg))
-        fresh = [name for name, _ in names if name not in fixed]
-        changes, rows = changes_of(design, condensed, parameters_of(design, met, tuple(fresh)))
-        if fields is None:
-            fields = response_fields(condensed.condensed, nodes, rows)
-        fixed |= dict(zip(fresh, changes, strict=True))
-        own = [fixed[name] for name, _ in names]
-        fixed = {name: each for name, each in fixed.items() if each.facing is None}
+        # The surface's tilt is the phase's own; all else changes every phase alike.
+        new = [name for name, _ in names if name == _TILT or name not in known]
+        met = SceneObject(tilt_deg=phase.tilt_deg + lean_deg)
+        scene = fundamental_scene(design).model_copy(update={"object": met})
+        changes, rows = changes_of(design, condensed, parameters_of(design, scene, tuple(new)))
+        known |= {change.name: change for change in changes}
+        fields = fields or response_fields(condensed.condensed, nodes, rows)
+        own = [known[name] for name, _ in names]
         rates = IncrementRates(problem, fields, own, [s.increment for s in steps], stick=False)
-        played.append(_played(phase, readings_of(steps, design.gages.face)))
-        slopes.append(_slopes(rates, design, len(steps), [factor for _, factor in names]))
-    gage_x = problems[0].model.gage_x
+        slopes = _slopes(rates, design, len(steps), [factor for _, factor in names])
+        moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
+        report(f"sensitivities: {len(moved)} of {len(phases)} phases")
     return [
         bench_curves(
-            [_shifted(*pair, k, side * _SHARE * latent.step) for pair in zip(played, slopes)],
-            gage_x,
+            [_shifted(*each, k, side * _SHARE * latent.step) for each in moved],
+            problems[0].model.gage_x,
         )
         for k, latent in enumerate(latents)
         for side in (-1.0, 1.0)
@@ -129,7 +130,7 @@ def _parameter_of(design: Design, latent: Latent) -> tuple[str, float]:
     if latent.kind in AXES:
         return f"placement[{latent.number}].{PLACES[AXES.index(latent.kind)]}", 1.0
     if latent.kind == "lean":
-        return "object.tilt_deg", 1.0
+        return _TILT, 1.0
     table: Literal["body", "plates"] = "plates" if latent.kind == "plate_modulus" else "body"
     name = f"materials.{getattr(design, table).material}"
     if latent.kind == "poisson":
