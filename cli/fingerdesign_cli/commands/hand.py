@@ -139,7 +139,6 @@ def train() -> None:
     type=click.IntRange(0, 2),
     help="For a trace: terms of the relaxation (Prony series).  [default: by Schwarz's criterion]",
 )
-@workers_option
 @model_option
 @open_option
 @output_options

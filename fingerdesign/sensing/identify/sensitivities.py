@@ -28,7 +28,12 @@ from fingerdesign.design.digest import content_digest
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.runtime.cache import GARBLED, Cache, packed, unpacked
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, BenchModel, phase_models
+from fingerdesign.sensing.identify.bench import (
+    MOST_LEAN_DEG,
+    BenchModel,
+    condensed_for,
+    leaning,
+)
 from fingerdesign.sensing.identify.latents import AXES, Latent
 from fingerdesign.sensing.model import MESHED
 from fingerdesign.sensitivity.change import Change
@@ -91,7 +96,8 @@ def _differences(
     report("sensitivities")
     design = differentiable(model.design)
     phases = [phase for phase in model.phases if phase.kind != "quick"]
-    condensed, problems = phase_models(design, phases, model.fidelity, lean_deg)
+    condensed, bench = condensed_for(design, phases, model.fidelity)
+    problems = leaning(bench, design, phases, lean_deg)
     with one_thread():
         paths = [
             [*follow(problem, _motions(phase), 1)]
