@@ -64,7 +64,14 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     return 1
 
 
-def tolerance(design_file: Path, out: Path, scene_file: Path | None, fidelity: str) -> int:
+def tolerance(
+    design_file: Path,
+    out: Path,
+    scene_file: Path | None,
+    fidelity: str,
+    within: float | None,
+    workers: int | None,
+) -> int:
     """Report the spread of fingers that are cast as DESIGN."""
     design, scene = read_case(design_file, scene_file)
     from fingerdesign.tolerance.page import view_of
@@ -73,7 +80,9 @@ def tolerance(design_file: Path, out: Path, scene_file: Path | None, fidelity: s
     name = design.design.name
     stem = scene_file.stem if scene_file is not None else ""
     with recorded(FOLDER, out / name) as (folder, show):
-        found = tolerance(design, scene, fidelity, lambda message: show(message), stem)
+        share = None if within is None else 0.01 * within
+        cores = workers or usable_cores()
+        found = tolerance(design, scene, fidelity, lambda message: show(message), stem, share, cores)
         write_tolerance(found, folder)
     say_result(found.data, lambda: say_block(view_of(found), out / name))
     open_page(out / name / "report.html")
