@@ -45,6 +45,14 @@ _LEAST, _MOST = 10, 2000  # Fingers that are drawn, at least and at most.
 
 
 @dataclass(frozen=True)
+class Draws:
+    """Draw fingers, in so many processes, until the yield is known to within a share, at 95 %."""
+
+    within: float
+    workers: int = 1
+
+
+@dataclass(frozen=True)
 class CastFinger:
     """A drawn finger: readings along the scene, and of each lift its margin, 0 where it failed."""
 
@@ -118,21 +126,20 @@ def cast_fingers(
     case: Case,
     scene: Scene,
     sources: Sequence[Source],
-    within: float,
-    workers: int,
+    draws: Draws,
     report: Callable[[str], None],
 ) -> list[CastFinger]:
-    """Draw fingers until the yield is known to within a share of ``within``, at 95 %. case: of the
-    grips; scene: of the readings."""
+    """Draw fingers until the yield is known well enough. case: of the grips; scene: of the
+    readings."""
     case = with_estimator(case, report)
     found: list[CastFinger] = []
-    with Pool(workers, shared=(case, scene, tuple(sources))) as pool:
+    with Pool(draws.workers, shared=(case, scene, tuple(sources))) as pool:
         while len(found) < _MOST:
-            numbers = range(len(found), len(found) + max(workers, 2))
+            numbers = range(len(found), len(found) + max(draws.workers, 2))
             found += pool.in_order(cast_finger, [(number,) for number in numbers])
             half = _half_width([_share(each) for each in found])
             report(f"{len(found)} fingers as cast: yield known to {100 * half:.0f} points")
-            if len(found) >= _LEAST and half <= within:
+            if len(found) >= _LEAST and half <= draws.within:
                 break
     return found
 

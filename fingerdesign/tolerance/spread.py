@@ -20,7 +20,7 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
 from fingerdesign.sensitivity.variant import differentiable
-from fingerdesign.tolerance.cast import cast_data, cast_fingers, yield_by_motion
+from fingerdesign.tolerance.cast import Draws, cast_data, cast_fingers, yield_by_motion
 from fingerdesign.tolerance.page import tolerance_html
 from fingerdesign.tolerance.record import (
     PAGE_FILE,
@@ -42,12 +42,10 @@ def tolerance(
     fidelity: str = "plane-strain",
     report: Callable[[str], None] = lambda message: None,
     scene_name: str = "",
-    within: float | None = None,
-    workers: int = 1,
+    draws: Draws | None = None,
 ) -> ToleranceData:
     """Analyse a finger and the spread of those that are cast after it. ``scene`` None: the
-    fundamental case. within: also lift real models of such fingers, until the share with a right
-    margin is known to so much; None: none. Raises DesignError for a wrong input (MoldRefused where
+    fundamental case. draws: also lift real models of such fingers. Raises DesignError for a wrong input (MoldRefused where
     no mold is found), SolverError where a row has no answer."""
     start = time.perf_counter()
     design = differentiable(design)
@@ -58,9 +56,9 @@ def tolerance(
     found = sensitivity(design, own, names, fidelity)
     parts = variances(found, sources)
     cast = None
-    if within is not None:
+    if draws is not None:
         case = Case(design, None, fidelity, fields=False, for_page=False, studied=False)
-        fingers = cast_fingers(case, own, sources, within, workers, report)
+        fingers = cast_fingers(case, own, sources, draws, report)
         cast = cast_data(fingers, found, np.sqrt(_total(parts["reading"][:-1])))
     return ToleranceData(
         schema_version=1,
