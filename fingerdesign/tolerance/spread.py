@@ -45,8 +45,8 @@ def tolerance(
     draws: Draws | None = None,
 ) -> ToleranceData:
     """Analyse a finger and the spread of those that are cast after it. ``scene`` None: the
-    fundamental case. draws: also lift real models of such fingers. Raises DesignError for a wrong input (MoldRefused where
-    no mold is found), SolverError where a row has no answer."""
+    fundamental case; draws: also lift real models of such fingers. Raises DesignError for a wrong
+    input (MoldRefused where no mold is found), SolverError where a row has no answer."""
     start = time.perf_counter()
     design = differentiable(design)
     sources = sources_of(design, plan_mold(design), space=fidelity == "3d")
