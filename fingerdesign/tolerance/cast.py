@@ -26,6 +26,7 @@ from fingerdesign.analysis.stages import (
 )
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.keys import leaves
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.rows import plate_frames
@@ -63,48 +64,44 @@ class CastFinger:
 def yield_by_motion(found: Sensitivity, sources: Sequence[Source]) -> tuple[float, float]:
     """Share of fingers as made, and once calibrated, whose normal force keeps the margin."""
     row = int(np.argmax(found.readings.normal_force))
-    force, middle = float(found.readings.normal_force[row]), float(np.sqrt(LOW * HIGH))
+    force = float(found.readings.normal_force[row])
     if not force > 0.0:
         return 0.0, 0.0
-    chance = stream(0, "fingers as cast")
+    chance = stream(0, "yield by motion")
     sizes = np.concatenate([source.tolerances for source in sources])
     known = np.concatenate([[source.known] * len(source.parameters) for source in sources])
     ways = chance.uniform(-1.0, 1.0, (_DRAWS, len(sizes))) * sizes * found.normal_force[row] / force
-
-    def share(changes: Array) -> float:
-        margins = middle * (1.0 + changes.sum(axis=1))
-        return float(((margins >= LOW) & (margins <= HIGH)).mean())
-
-    return share(ways), share(ways * ~known)
+    return _kept(1.0 + ways.sum(axis=1)), _kept(1.0 + (ways * ~known).sum(axis=1))
 
 
-def drawn(design: Design, sources: Sequence[Source], number: int) -> Design:
-    """Finger ``number`` as it may be cast. DesignError where it is not sound."""
-    chance = stream(number, "finger as cast")
+def changes_of_finger(sources: Sequence[Source], number: int) -> Array:
+    """Changes (P,) of the parameters of finger ``number``, each anywhere within its tolerance."""
+    sizes = np.concatenate([source.tolerances for source in sources])
+    return np.asarray(stream(number, "finger as cast").uniform(-1.0, 1.0, len(sizes)) * sizes)
+
+
+def drawn(design: Design, sources: Sequence[Source], changes: Array) -> Design:
+    """The finger with these changes (P,). DesignError where it is not sound."""
+    names = [name for source in sources for name in source.parameters]
     places = np.zeros((len(plate_frames(design)), 3))
-    values: dict[str, object] = {}
-    for source in sources:
-        for name, size in zip(source.parameters, source.tolerances, strict=True):
-            off = size * float(chance.uniform(-1.0, 1.0))
-            place = re.fullmatch(r"placement(?:\[(\d+)\])?\.(\w+)", name)
-            if place is not None:
-                rows = slice(None) if place[1] is None else int(place[1])
-                places[rows, PLACES.index(place[2])] += off
-            else:
-                table: object = design
-                for key in name.split("."):
-                    table = table[key] if isinstance(table, dict) else getattr(table, key)
-                values[name] = float(str(table)) + off
+    values, known = dict[str, object](), dict(leaves(design.model_dump(mode="json")))
+    for name, off in zip(names, changes.tolist(), strict=True):
+        place = re.fullmatch(r"placement(?:\[(\d+)\])?\.(\w+)", name)
+        if place is None:
+            values[name] = float(known[name]) + off
+        else:
+            rows = slice(None) if place[1] is None else int(place[1])
+            places[rows, PLACES.index(place[2])] += off
     sized = with_values(design, values)
     frames = plate_frames(sized)
-    if not places.any():
-        return sized
-    return with_values(sized, placement_keys(frames, places_of(frames) + places))
+    return (
+        with_values(sized, placement_keys(frames, places_of(frames) + places)) if frames else sized
+    )
 
 
 def cast_finger(case: Case, scene: Scene, sources: Sequence[Source], number: int) -> CastFinger:
     """Draw a finger, mesh it by itself, follow the scene and lift with the design's controller."""
-    own = replace(case, design=drawn(case.design, sources, number))
+    own = replace(case, design=drawn(case.design, sources, changes_of_finger(sources, number)))
     design = own.design
 
     def work(zone: Zone) -> CastFinger:
@@ -161,22 +158,36 @@ def _half_width(shares: Sequence[float]) -> float:
     return float(max(1.96 * spread / len(shares) ** 0.5, 1.5 / len(shares)))
 
 
-def cast_data(found: Sequence[CastFinger], linear: Sensitivity, spread: Array) -> CastData:
-    """The record of drawn fingers; spread: of the readings of the linear model, gains left out."""
+def cast_data(
+    found: Sequence[CastFinger], linear: Sensitivity, sources: Sequence[Source]
+) -> CastData:
+    """The record of drawn fingers, next to what the derivatives say of the same ones."""
     shares = [_share(each) for each in found]
     lifted = [float((np.array(each.margins) > 0.0).mean()) for each in found if each.margins]
-    readings = np.array([each.readings.reading for each in found])
-    forces = np.array([each.readings.normal_force for each in found])
+    share, half = float(np.nan_to_num(np.mean(shares))), _half_width(shares)
+    design = float(linear.readings.normal_force.max())
+    changes = np.array([changes_of_finger(sources, number) for number in range(len(found))])
     row = int(np.argmax(linear.readings.normal_force))
-    margins = np.sqrt(LOW * HIGH) * forces[:, row] / linear.readings.normal_force[row]
-    again = float(np.sqrt(readings.var(axis=0, ddof=1).mean())) if readings.size else 0.0
-    share = float(np.nan_to_num(np.mean(shares)))
-    half = _half_width(shares)
+    force = np.array([each.readings.normal_force[row] for each in found])
+    said = linear.readings.normal_force[row] + changes @ linear.normal_force[row]
+    readings = np.array([each.readings.reading for each in found])
     return CastData(
         fingers=len(found),
         share=share,
         interval=(max(0.0, share - half), min(1.0, share + half)),
         lifted=float(np.mean(lifted)) if lifted else 0.0,
-        by_motion=float(((margins >= LOW) & (margins <= HIGH)).mean()),
-        reading_std_microstrain=(float(np.sqrt((spread**2).mean())) if spread.size else 0.0, again),
+        by_motion=(_kept(said / design), _kept(force / design)),
+        reading_std_microstrain=(_scatter(linear.reading @ changes.T), _scatter(readings.T)),
+        normal_force_std_N=(float(said.std(ddof=1)), float(force.std(ddof=1))),
     )
+
+
+def _kept(forces: Array) -> float:
+    """Share of normal forces, relative to the design's, that keep the margin by motion alone."""
+    margins = np.sqrt(LOW * HIGH) * forces
+    return float(((margins >= LOW) & (margins <= HIGH)).mean())
+
+
+def _scatter(values: Array) -> float:
+    """Standard deviation over fingers (the last axis), RMS over all else; 0 without gages."""
+    return float(np.sqrt(values.var(axis=-1, ddof=1).mean())) if values.size else 0.0

@@ -54,12 +54,11 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
 def _yields(found: ToleranceData) -> list[tuple[str, str]]:
     """Yields in words: by motion alone, and of real models where there are any."""
     made, known = (f"{100 * each:.0f} %" for each in found.yield_by_motion)
-    yields = [("yield by motion", f"{made} of fingers grip with 1.1 to 1.5; calibrated {known}")]
+    yields = [("yield by motion", f"{made} grip with 1.1 to 1.5 of the least; calibrated {known}")]
     if (cast := found.cast) is not None:
         low, high = (100 * each for each in cast.interval)
-        text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of the lifts of {cast.fingers}"
-        lifted = f"real models; {100 * cast.lifted:.0f} % lift at all"
-        yields.append(("yield by control", f"{text} {lifted}"))
+        text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of {cast.fingers} fingers"
+        yields.append(("yield by control", f"{text}' lifts; {100 * cast.lifted:.0f} % lift"))
     return yields
 
 

@@ -45,16 +45,17 @@ class CastData:
     """Real models of fingers as cast, lifted by the design's own controller.
 
     share: of their lifts with a margin of 1.1 to 1.5, interval: at 95 %; lifted: of all lifts;
-    by_motion: of the fingers, as ``yield_by_motion``; reading_std_microstrain: by derivatives, and
-    of these fingers, RMS over rows and gages.
+    by_motion: of the fingers, as ``yield_by_motion``; it and spreads of the readings (RMS over rows
+    and gages) and of the largest normal force: by derivatives for these fingers, and by models.
     """
 
     fingers: int
     share: Size
     interval: tuple[Size, Size]
     lifted: Size
-    by_motion: Size
+    by_motion: tuple[Size, Size]
     reading_std_microstrain: tuple[Size, Size]
+    normal_force_std_N: tuple[Size, Size]
 
 
 @closed

@@ -17,9 +17,11 @@ from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.sensitivity.variant import PLACES
 
 RUBBER, GAINS = 0.15, 0.03  # Of a batch of silicone, and of gage factors (sensing/perturb/draws.py)
-# Rolled bronze and polyimide film come to within 6 to 10 % of their thickness (data sheets); moduli
-# of films differ by 20 % (draws.py). A rubber's Poisson's ratio lies below 0.5, where it is known.
-SHEET, METAL, POISSON = 0.08, 0.2, 0.005
+# Rolled bronze and polyimide film come to within 6 to 10 % of their thickness (data sheets). Moduli
+# of films differ by 20 % (draws.py), of metals by 3 % between suppliers. A rubber's Poisson's ratio
+# lies below 0.5, to within 0.005 where it is known at all. Both are assumed.
+SHEET, FILM, METAL, POISSON = 0.08, 0.2, 0.03, 0.005
+_METAL_MPa = 20_000.0  # No film is as stiff, no metal as soft.
 _YOUNG = "youngs_modulus_MPa"
 UNIFORM = float(1.0 / np.sqrt(3.0))
 
@@ -72,7 +74,8 @@ def sources_of(design: Design, plan: MoldPlan, space: bool = False) -> list[Sour
     found.append(Source("rubber's modulus", (f"{name}.{_YOUNG}",), (size,), "MPa", known=True))
     if frames and design.plates.material != body.material:
         plate = f"materials.{design.plates.material}.{_YOUNG}"
-        size = METAL * design.material_of("plates").youngs_modulus_MPa
+        young = design.material_of("plates").youngs_modulus_MPa
+        size = (METAL if young > _METAL_MPa else FILM) * young
         found.append(Source("plates' modulus", (plate,), (size,), "MPa", known=True))
     room = min(POISSON, 0.9 * (0.5 - own.poissons_ratio))
     poisson = (f"{name}.poissons_ratio",)

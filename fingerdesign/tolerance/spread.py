@@ -59,7 +59,7 @@ def tolerance(
     if draws is not None:
         case = Case(design, None, fidelity, fields=False, for_page=False, studied=False)
         fingers = cast_fingers(case, own, sources, draws, report)
-        cast = cast_data(fingers, found, np.sqrt(_total(parts["reading"][:-1])))
+        cast = cast_data(fingers, found, sources)
     return ToleranceData(
         schema_version=1,
         design=design.design.name,

@@ -11,7 +11,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.sensing.perturb.finger import places_of
 from fingerdesign.sensitivity.derive import Sensitivity
-from fingerdesign.tolerance.cast import Draws, drawn, yield_by_motion
+from fingerdesign.tolerance.cast import Draws, changes_of_finger, drawn, yield_by_motion
 from fingerdesign.tolerance.page import tolerance_html, view_of
 from fingerdesign.tolerance.record import CastData, RowData, SourceData, ToleranceData
 from fingerdesign.tolerance.sources import Source, sources_of
@@ -61,7 +61,7 @@ def record():
             [("plates in height", 0.6, False), ("rubber's modulus", 0.4, True)]
         )
     )
-    cast = CastData(20, 0.6, (0.4, 0.8), 0.95, 0.9, (3.0, 3.1))
+    cast = CastData(20, 0.6, (0.4, 0.8), 0.95, (0.9, 0.9), (3.0, 3.1), (1.0, 1.0))
     given = ("a", "s", "plane-strain", (row,), sources, (3.0,), (0.9, 1.0), cast, 1.0, {})
     return ToleranceData(1, *given)
 
@@ -80,7 +80,7 @@ def test_what_to_tighten_first_comes_first():
     notes = view_of(record()).verdicts
     first = next(each for each in notes if each.name == "tighten first")
     assert first.number.startswith("plates in height, ± 0.05 mm: 60 %")
-    assert "60 % (40 to 80) of the lifts of 20" in " ".join(each.number for each in notes)
+    assert "60 % (40 to 80) of 20 fingers" in " ".join(each.number for each in notes)
     assert len(notes) <= 12
 
 
@@ -91,8 +91,9 @@ def test_a_drawn_finger_is_within_its_tolerances():
     sizes = {name: t for s in sources for name, t in zip(s.parameters, s.tolerances, strict=True)}
     off = []
     for number in range(20):
-        made = drawn(design, sources, number)
-        assert made == drawn(design, sources, number)
+        changes = changes_of_finger(sources, number)
+        assert (changes == changes_of_finger(sources, number)).all()
+        made = drawn(design, sources, changes)
         off.append(places_of(plate_frames(made)) - places_of(plate_frames(design)))
         young = made.material_of("body").youngs_modulus_MPa / 4.96
         assert 0.85 <= young <= 1.15
@@ -115,14 +116,16 @@ def test_a_yield_by_motion_is_that_of_a_uniform_modulus():
 
 @pytest.mark.slow
 def test_real_models_scatter_as_the_derivatives_say():
-    """Fingers meshed by themselves. The bound is four deviations of a root mean square of 20 draws
-    (16 % of itself each, over some independent gages)."""
+    """Fingers meshed by themselves, coarsely, against the same ones by derivatives: forces within
+    10 %, the issue's bound; readings within 25 %, for two such meshes differ by a tenth of one."""
     design = with_values(load_design("maeno2000"), COARSE)
     draws = Draws(0.5)
     found = tolerance(design, scene_of([[0.05, 0.0], [0.1, 0.0], [0.1, 0.04]]), draws=draws)
     assert found.cast is not None
     assert found.cast.fingers >= 10
+    linear, again = found.cast.normal_force_std_N
+    assert linear == pytest.approx(again, rel=0.1)
     linear, again = found.cast.reading_std_microstrain
-    assert linear == pytest.approx(again, rel=0.6)
+    assert linear == pytest.approx(again, rel=0.25)
     low, high = found.cast.interval
     assert 0.0 <= low <= found.cast.share <= high <= 1.0
