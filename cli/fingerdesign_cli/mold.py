@@ -15,6 +15,7 @@ from fingerdesign.mold.products.notes import cautions_of
 from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign.records.verdict import SIGNS
+from fingerdesign.runtime.machine import usable_cores
 from fingerdesign_cli.inputs import folders_above, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
@@ -67,16 +68,25 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     return 1
 
 
-def tolerance(design_file: Path, out: Path, scene_file: Path | None, fidelity: str) -> int:
+def tolerance(
+    design_file: Path,
+    out: Path,
+    scene_file: Path | None,
+    fidelity: str,
+    within: float | None,
+    workers: int | None,
+) -> int:
     """Report the spread of fingers that are cast as DESIGN."""
     design, scene = read_case(design_file, scene_file)
+    from fingerdesign.tolerance.cast import Draws
     from fingerdesign.tolerance.page import view_of
     from fingerdesign.tolerance.spread import FOLDER, tolerance, write_tolerance
 
     name = design.design.name
     stem = scene_file.stem if scene_file is not None else ""
     with recorded(FOLDER, out / name) as (folder, show):
-        found = tolerance(design, scene, fidelity, lambda message: show(message), stem)
+        draws = None if within is None else Draws(0.01 * within, workers or usable_cores())
+        found = tolerance(design, scene, fidelity, lambda message: show(message), stem, draws)
         write_tolerance(found, folder)
     say_result(found.data, lambda: say_block(view_of(found), out / name))
     open_page(out / name / "report.html")

@@ -279,7 +279,6 @@ def identify(
     out: Path,
     fitted: Fitted,
     simulated: Simulated,
-    workers: int | None,
     fidelity: str,
 ) -> int:
     """Fit hidden values of the finger cast by DESIGN to a trace or a bench, or simulate either."""
@@ -292,7 +291,7 @@ def identify(
         return _simulate_trace(design, simulated.seed, fidelity, target)
     if fitted.is_bench:
         estimator = estimator_for(design, fitted.estimator_file, fidelity)
-        return _identify_bench(design, source, estimator, workers, fidelity, target)
+        return _identify_bench(design, source, estimator, fidelity, target)
     return _identify_trace(design, source, fitted.terms, fidelity, target)
 
 
@@ -313,13 +312,11 @@ def _identify_bench(
     design: Design,
     source: Path,
     estimator: GripEstimator | None,
-    workers: int | None,
     fidelity: str,
     target: Path,
 ) -> int:
     with recorded(CALIBRATION, target) as (folder, show):
-        processes = workers or usable_cores()
-        found = calibrated_finger(design, source, estimator, fidelity, processes, show)
+        found = calibrated_finger(design, source, estimator, fidelity, show)
         show("writing", 1.0)
         write_calibration(found, folder)
     say_result(lambda: plain(found.data), lambda: _show_fit(found, target))

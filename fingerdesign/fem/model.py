@@ -74,16 +74,18 @@ def build_model(
     readout_points: Array | None = None,
     zone_half_depth: float | None = None,
     store: bool = False,
+    frames: tuple[PlateFrame, ...] | None = None,
 ) -> FiniteElementModel:
     """Condense the finger onto the contact nodes with |x| <= ``zone_half_width`` (mm).
 
     readout_points: (p, 3) mm where strain tensors are read; zone_half_depth: mm, candidates only
-    within |z| <= it as well; store: use and store answers. Where ``grip.warming_K`` warms the
+    within |z| <= it as well; store: use and store answers; frames: the plates that the mesh shows,
+    None: all. Where ``grip.warming_K`` warms the
     finger, the load of its own is one kelvin; a free plate's own expansion reads nothing. Raises
     SolverError where the condensed model is out of balance.
     """
     start = time.perf_counter()
-    frames = plate_frames(design)
+    frames = plate_frames(design) if frames is None else frames
     body = body_of(design, mesh, candidate_facets(mesh, zone_half_width, zone_half_depth))
     gages = gage_rows(mesh, frames, design.gages, design.gage_weights)
     points, signs = _readout_points(mesh, readout_points)

@@ -1,15 +1,16 @@
 """Effect of a plate off its place on its gage's reading: placement tolerance in terms of strain.
 
-Plates among each other, which a fixture holds to within its tolerance: three one-sided changes, by
-the tolerance along x, by it in height, turned by the angle that it allows over the leg's width;
-each once of all plates alike and once of every second plate the other way. Alone, a plate's own
-change is the mean of the two but for what farther plates do, so that it is at most the larger,
-which counts. The whole row against the contact surface ("row" of the record): insert and walls are
+Plates among each other, which a fixture holds to within its tolerance: three changes, by the
+tolerance along x, by it in height, turned by the angle that it allows over the leg's width; each
+once of all plates alike and once of every second plate the other way. Alone, a plate's own change
+is the mean of the two but for what farther plates do, so that it is at most the larger, which
+counts. The whole row against the contact surface ("row" of the record): insert and walls are
 placed by pins, to within their clearance and the process's tolerance.
 
-The section z = 0 in plane strain is pressed and sheared with the plates in their places and after
-each change. Changes of a reading are relative to the largest one of their row, and the three count
-together as the root of the sum of their squares.
+The finger is pressed and sheared with the plates in their places, in plane strain (the section
+z = 0) or in 3-D; changes are the derivatives of its readings times the tolerances, to first order.
+They are relative to the largest reading of their row, and the three count together as the root of
+the sum of their squares.
 """
 
 import math
@@ -19,26 +20,27 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.fidelity.readings import readings_of
 from fingerdesign.analysis.path import follow_path, problem_at_touch
-from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
 from fingerdesign.arrays import Array
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import FingerDesignError, MeshError, SolverError
+from fingerdesign.errors import FingerDesignError, SolverError
+from fingerdesign.fem.model import build_model
 from fingerdesign.layout.bodies import crest_height, surface_height
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.moved import moved_frames, moved_mesh
 from fingerdesign.mesh.section.plates import section_sizes
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import Mesh
 from fingerdesign.mold.plan.fixture.outer import bow
 from fingerdesign.mold.plan.limits import comb_tolerance
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
+from fingerdesign.sensing.model import meshed_for_grips
+from fingerdesign.sensitivity.derive import Sensitivity, derivatives
+from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
 
 # Distance of a leg from the face of a slot that it is pushed against by hand, under a lens, until
 # clay holds it. It is assumed: half a tenth of a millimetre is seen well at ten times.
@@ -48,7 +50,6 @@ _READS = 1e-6  # microstrain: a row whose largest reading is below it has none t
 _DEEPEST = 0.1 / 8.22  # approach over the crest's height: that of the fundamental case on maeno2000
 _ROWS = ((0.5, 0.0), (1.0, 0.0), (1.0, 0.4), (1.0, 0.8))  # approach, shear over the deepest
 _FRICTION = 0.5
-_LEAST_SHARE = 0.1  # of a change that the mesh cannot follow whole
 # A mesh twice as coarse as [mesh.section] says gives what finer ones do: turned plates change
 # maeno2000's readings by 0.1366 (rms) at factors 2, 1 and 0.6, others by within 2 % of each other.
 _COARSER, _GRADATION = 2.0, 0.3
@@ -56,33 +57,12 @@ _COARSER, _GRADATION = 2.0, 0.3
 Effect = dict[str, Any]
 
 
-def readings(
-    design: Design, mesh: Mesh, frames: tuple[PlateFrame, ...], zone: Zone, scene: Scene
-) -> Array:
-    """Compute what the gages of ``frames`` read (rows, frames), microstrain, along a scene's path.
-
-    Raises SolverError where a row has no answer, ZoneExhausted where the candidates do not do.
-    """
-    from fingerdesign.fem.body import condense_body
-    from fingerdesign.fem.model import body_of, candidate_facets
-    from fingerdesign.fem.readout import gage_rows
-    from fingerdesign.fem.reduction import reduced_model
-
-    body = body_of(design, mesh, candidate_facets(mesh, zone.half_width))
-    condensed = condense_body(body, [gage_rows(mesh, frames, design.gages, design.gage_weights)])
-    centres = np.vstack([frame.to_space(frame.centre, frame.middle) for frame in frames])
-    reduced = reduced_model(
-        condensed,
-        gage_readout=condensed.readouts[0],
-        gage_positions=centres,
-        depth=design.body.depth_mm,
-    )
-    problem = problem_at_touch(reduced, scene.object, design.body)
-    with one_thread():
-        return readings_of(follow_path(problem, scene, design), design.gages.face).reading
-
-
-def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None = None) -> Effect:
+def placement_effect(
+    design: Design,
+    plan: MoldPlan,
+    sizes: SectionMesh | None = None,
+    fidelity: str = "plane-strain",
+) -> Effect:
     """The effect of the fixture's tolerance on the gages, as plain values for the record.
 
     "reason": None, or a sentence why there are no numbers (and then nothing but it and the
@@ -91,15 +71,15 @@ def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None =
     shares of a row's largest reading, with the ``worst_plate`` (``rms_alike``, ``rms_opposed``: of
     the two ways alone). "together": the same of all three. "row": "tolerance_mm", "changes"
     and "together" of the row as a whole. "gages": a row a plate, the worst of its rows. sizes: of
-    the mesh, instead of twice the design's.
+    the section's mesh, instead of twice the design's; fidelity: "plane-strain" or "3d".
     """
     start = time.perf_counter()
-    frames, reason = section_plates(design)
+    frames, reason = section_plates(design) if fidelity != "3d" else plates_in_space(design)
     if reason is None:
         try:
-            found = _measured(design, plan, frames, sizes)
+            found = _measured(design, plan, frames, sizes, fidelity)
         except FingerDesignError as error:
-            reason = f"the section could not be analysed: {error}"
+            reason = f"the finger could not be analysed: {error}"
     if reason is not None:
         return unknown_effect(reason)
     return {"reason": None, **found, "seconds": round(time.perf_counter() - start, 2)}
@@ -120,6 +100,16 @@ def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
     if design.gages.grid == "double_axial" and len(shown) < len(frames):
         return (), "the section z = 0 does not cut both plates of every pair"
     return shown, None
+
+
+def plates_in_space(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
+    """All plates of a finger in 3-D, or why they are not moved there."""
+    frames = plate_frames(design)
+    if not frames:
+        return (), "the finger has no plates"
+    if any(frame.along == "z" for frame in frames):
+        return (), "plates in rows along z are not moved in 3-D"
+    return frames, None
 
 
 def tolerances(plan: MoldPlan, plate: int) -> tuple[float, float]:
@@ -176,61 +166,69 @@ def scene_for(design: Design) -> Scene:
 
 
 def _measured(
-    design: Design, plan: MoldPlan, frames: tuple[PlateFrame, ...], sizes: SectionMesh | None
-) -> Effect:
-    whole = design.plates.model_copy(update={"model": "solid"})  # they are cast, whatever the model
-    design = design.model_copy(update={"plates": whole})
-    scene = scene_for(design)
-    zone = zone_of(Case(design, scene, grips=False, fields=False), scene)
-    off = np.array([tolerances(plan, frame.index) for frame in frames])
-
-    def work(zone: Zone) -> Effect:
-        return _in_zone(design, plan, frames, off, zone, scene, sizes)
-
-    return in_wide_zone(design, zone, work)
-
-
-def _in_zone(
     design: Design,
     plan: MoldPlan,
     frames: tuple[PlateFrame, ...],
-    off: Array,
-    zone: Zone,
-    scene: Scene,
     sizes: SectionMesh | None,
+    fidelity: str,
 ) -> Effect:
-    sizes = _coarser(design, zone) if sizes is None else sizes
-    mesh = mesh_section(design, zone.half_width, sizes, frames)
-    right = readings(design, mesh, frames, zone, scene)
-    most = np.abs(right).max(axis=1)
+    design = differentiable(design)  # plates are cast whole, whatever the design's model
+    if fidelity == "3d":
+        design = meshed_for_grips(design, fidelity)
+    case = Case(design, scene_for(design), fidelity, grips=False, fields=False)
+
+    def work(zone: Zone) -> Sensitivity:
+        return place_slopes(case, frames, zone, sizes)
+
+    found = in_wide_zone(design, zone_of(case, case.path_scene), work)
+    return _effect(case, plan, frames, found)
+
+
+def place_slopes(
+    case: Case, frames: tuple[PlateFrame, ...], zone: Zone, sizes: SectionMesh | None
+) -> Sensitivity:
+    """Derivatives of the readings with the places of all ``frames``, axis by axis."""
+    design, scene = case.design, case.path_scene
+    if case.fidelity == "3d":
+        model = condense(design, make_mesh(design, "3d", zone, case.symmetric), zone, scene)
+    else:
+        sizes = _coarser(design, zone) if sizes is None else sizes
+        mesh = mesh_section(design, zone.half_width, sizes, frames)
+        model = build_model(design, mesh, zone.half_width, frames=frames)
+    problem = problem_at_touch(model.reduced, scene.object, design.body)
+    names = tuple(f"placement[{k}].{axis}" for axis in PLACES for k in range(len(frames)))
+    with one_thread():
+        steps = follow_path(problem, scene, design)
+    places = parameters_of(design, scene, names, frames)
+    return derivatives(design, scene, model, problem, steps, places, stick=False)
+
+
+def _effect(
+    case: Case, plan: MoldPlan, frames: tuple[PlateFrame, ...], found: Sensitivity
+) -> Effect:
+    design, scene = case.design, case.path_scene
+    most = np.abs(found.readings.reading).max(axis=1)
     sampled = most > _READS
     if not sampled.any():
-        raise SolverError("no gage reads anything in the section")
-
-    def changed(moves: list[Array]) -> tuple[Array, Array]:
-        """Shares (moves, rows, gages) of a row's largest reading; of each move what was solved."""
-        changes, solved = [], []
-        for move in moves:
-            moved, share = _moved(mesh, frames, move)
-            after = moved_frames(frames, share * move)
-            changes.append((readings(design, moved, after, zone, scene) - right) / share)
-            solved.append(share)
-        return np.abs(np.array(changes)[:, sampled]) / most[sampled][:, None], np.array(solved)
-
-    ways, solved = changed(_moves(frames, off))
-    ways = ways.reshape(-1, 3, *ways.shape[1:])
-    solved = solved.reshape(-1, 3).min(axis=0)
+        raise SolverError("no gage reads anything")
+    slopes = found.reading[sampled] / most[sampled][:, None, None]
+    slopes = np.moveaxis(slopes.reshape(*slopes.shape[:2], 3, len(frames)), 2, 0)
+    off = np.array([tolerances(plan, frame.index) for frame in frames])[:, [0, 0, 1]]
+    ways = np.abs(
+        [np.einsum("argk,ka->arg", slopes, sign[:, None] * off) for sign in _signs(frames)]
+    )
     share = ways.max(axis=0)
-    sizes_off = [round(float(off[:, k].max()), 6) for k in (0, 0, 1)]
+    sizes_off = [round(float(size), 6) for size in off.max(axis=0)]
     changes = [
-        _change(k, sizes_off[k], share[k], solved[k], frames)
+        _change(k, sizes_off[k], share[k], frames)
         | {"rms_alike": _rms(ways[0, k]), "rms_opposed": _rms(ways[-1, k])}
         for k in range(3)
     ]
     row_off = row_tolerances(plan)
-    rows, part = changed([np.tile(way, (len(frames), 1)) for way in np.diag([*row_off, 0.0])[:2]])
+    rows = np.abs(slopes[:2].sum(axis=-1) * np.array(row_off)[:, None, None])
     together = np.sqrt((share**2).sum(axis=0))
-    found: Effect = {
+    effect: Effect = {
+        "fidelity": case.fidelity,
         "tolerance_mm": sizes_off[0],
         "angle_deg": sizes_off[2],
         "changes": changes,
@@ -243,19 +241,16 @@ def _in_zone(
     row: Effect = {
         "tolerance_mm": round(max(row_off), 6),
         "seated": plan.seam > 0.0,
-        "changes": [_change(k, round(row_off[k], 6), rows[k], part[k], frames) for k in range(2)],
+        "changes": [_change(k, round(row_off[k], 6), rows[k], frames) for k in range(2)],
         "together": _summary(np.sqrt((rows**2).sum(axis=0)), frames),
     }
-    return found | {"sentences": effect_sentences(design, found, row), "row": row}
+    return effect | {"sentences": effect_sentences(design, effect, row), "row": row}
 
 
-def _change(
-    k: int, largest: float, share: Array, solved: float, frames: tuple[PlateFrame, ...]
-) -> Effect:
-    """One of CHANGES, up to ``largest``, and its shares (rows, gages) of the readings; how much of
-    it was ``solved``."""
+def _change(k: int, largest: float, share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
+    """One of CHANGES, up to ``largest``, and its shares (rows, gages) of the readings."""
     head = {"name": CHANGES[k], "largest": largest, "unit": "mm" if k < 2 else "degrees"}
-    return head | _summary(share, frames) | {"share_solved": float(solved)}
+    return head | _summary(share, frames)
 
 
 def _summary(share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
@@ -292,22 +287,8 @@ def _coarser(design: Design, zone: Zone) -> SectionMesh:
     return own.model_copy(update=wider | {"gradation": max(own.gradation, _GRADATION)})
 
 
-def _moves(frames: tuple[PlateFrame, ...], off: Array) -> list[Array]:
-    """The three changes of plates that may be off by ``off`` (k, 2), mm and degrees: of all alike,
-    then of every second one the other way."""
+def _signs(frames: tuple[PlateFrame, ...]) -> list[Array]:
+    """Signs (k,) of the plates' changes: all alike, then every second one the other way."""
     order = np.argsort(np.argsort([frame.place for frame in frames]))
     second = np.where(order % 2, -1.0, 1.0)
-    signs = (np.ones(len(frames)), second) if len(frames) > 1 else (second,)
-    return [row * (sign[:, None] * off)[:, [0, 0, 1]] for sign in signs for row in np.eye(3)]
-
-
-def _moved(mesh: Mesh, frames: tuple[PlateFrame, ...], move: Array) -> tuple[Mesh, float]:
-    """The mesh after a change, or after the largest share of it that the mesh can follow."""
-    share = 1.0
-    while True:
-        try:
-            return moved_mesh(mesh, frames, share * move), share
-        except MeshError:
-            share *= 0.5
-            if share < _LEAST_SHARE:
-                raise
+    return [np.ones(len(frames)), second] if len(frames) > 1 else [second]

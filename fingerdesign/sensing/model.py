@@ -32,6 +32,7 @@ from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh.moved import with_plates_moved
@@ -59,7 +60,7 @@ def grip_problem(
     gripped with or, in plane strain, has no section.
     """
     case = gripped_case(design, fidelity, contact_size_mm)
-    return _condensed(case, case.gage_array, report, whole=whole)
+    return _condensed(case, case.gage_array, report, whole=whole)[1]
 
 
 def gripped_case(
@@ -81,9 +82,20 @@ def bench_problem(
     fixed_keys: Collection[str] = (),
     neighbour: Design | None = None,
 ) -> ContactProblem:
-    """Pose a finger against the plane of its bench, with contact nodes for the objects that it will
-    grip; fixed_keys: see meshed_for_grips.
+    """The problem of :func:`bench_model`."""
+    return bench_model(design, objects, fidelity, fixed_keys, neighbour)[1]
 
+
+def bench_model(
+    design: Design,
+    objects: Iterable[SceneObject],
+    fidelity: str,
+    fixed_keys: Collection[str] = (),
+    neighbour: Design | None = None,
+) -> tuple[FiniteElementModel, ContactProblem]:
+    """Condense a finger and pose it against the plane of its bench.
+
+    It has contact nodes for the objects that it will grip; fixed_keys: see meshed_for_grips.
     neighbour: a finger of the same body with other places of its flat plates. Its mesh is used and
     the plates in it are moved, so that both fingers compare without the difference of two meshes.
     """
@@ -106,7 +118,7 @@ def opposite_problem(
     """The other finger of a lift where ``grip.opposite`` is the bare one; None: a mirror image."""
     if design.grip.opposite != "bare":
         return None
-    return _condensed(_case(without_plates(design), fidelity), (), report)
+    return _condensed(_case(without_plates(design), fidelity), (), report)[1]
 
 
 def model_data(problem: ContactProblem) -> dict[str, Any]:
@@ -161,7 +173,7 @@ def _condensed(
     objects: Iterable[SceneObject] = (),
     neighbour: Case | None = None,
     whole: bool = False,
-) -> ContactProblem:
+) -> tuple[FiniteElementModel, ContactProblem]:
     """Condense against the fundamental scene's plane; the zone covers each of ``objects`` too."""
     design, scene = case.design, fundamental_scene()
     reach = design.grip.max_approach_mm
@@ -176,6 +188,7 @@ def _condensed(
     if mesh is None:
         mesh = make_mesh(design, case.fidelity, zone, case.symmetric and not whole)
     report(f"condensing {len(mesh.cells)} elements")
-    model = condense(design, mesh, zone, scene).reduced.with_gages(gages)
+    model = condense(design, mesh, zone, scene)
     rigid = object_at_touch(scene.object, design.body)
-    return contact_problem(model, rigid, design.grip.bench_friction_coefficient)
+    friction = design.grip.bench_friction_coefficient
+    return model, contact_problem(model.reduced.with_gages(gages), rigid, friction)

@@ -28,7 +28,8 @@ class Change:
     """Rates of a model's parts with one parameter; None and 0: the part does not change.
 
     velocity (n, dim) of the mesh's nodes, mm; moduli (2, c): of both Lame parameters of each cell,
-    MPa; gages (2 plates, n dim) of the gage rows, 1/mm; facing; friction: of the coefficient;
+    MPa; gages (2 plates, n dim) of the gage rows, 1/mm; attached (n dim, n dim) of leads and gages
+    as bars, N/mm; facing; friction: of the coefficient;
     thickness: of a plane-strain body's depth, relative to it.
     """
 
@@ -36,6 +37,7 @@ class Change:
     velocity: Array | None = None
     moduli: Array | None = None
     gages: sp.csr_matrix | None = None
+    attached: sp.csr_matrix | None = None
     facing: Facing | None = None
     friction: float = 0.0
     thickness: float = 0.0

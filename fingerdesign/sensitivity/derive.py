@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.linalg import svd
 
 from fingerdesign.analysis.case import Case
@@ -27,7 +28,9 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.moved import plate_weights
 from fingerdesign.sensitivity.areas import OwnRates, area_rates
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.model import ResponseFields, response_fields
@@ -60,9 +63,13 @@ class Sensitivity:
     @property
     def reading(self) -> Array:
         """Derivatives (k, plates, P) of what ``gages.face`` reads, microstrain."""
-        face = {"upper": 0, "lower": 1}.get(self.readings.face)
-        mean = self.gages.mean(axis=2)
-        return np.asarray(mean if face is None else self.gages[:, :, face])
+        return face_mean(self.gages, self.readings.face)
+
+
+def face_mean(gages: Array, face: str) -> Array:
+    """What is read (k, plates, P) of both faces (k, plates, 2, P): one, or their mean."""
+    one = {"upper": 0, "lower": 1}.get(face)
+    return np.asarray(gages.mean(axis=2) if one is None else gages[:, :, one])
 
 
 def sensitivity(
@@ -108,70 +115,69 @@ def derivatives(
     problem: ContactProblem,
     steps: Sequence[Step],
     parameters: Sequence[Parameter],
+    stick: bool = True,
 ) -> Sensitivity:
-    """The derivatives of a path that was followed on a model; errors as of :func:`sensitivity`."""
+    """The derivatives of a path that was followed on a model; errors as of :func:`sensitivity`.
+
+    stick: with those of the stick ratio, which take as long as the others; else NaN.
+    """
     if scene.path.control == "force":
         bound, remedy = "motion", "give the motions that the forces lead to"
         raise DesignError([Fault("path.control", "'force'", bound, remedy)])
     increments = [increment for step in steps for increment in step.row]
     nodes = near_nodes(problem, increments)
-    single, rows = rows_of_plates(design, model.mesh)
-    changes = [change_of(parameter, model, single) for parameter in parameters]
+    changes, rows = changes_of(design, model, parameters)
     fields = response_fields(model.condensed, nodes, rows)
-    found = _Model(problem, nodes, fields, changes, increments)
-    friction = np.array([change.friction for change in changes])
-    rates = path_rates(problem, increments, nodes, found.explicit, friction)
     ends = np.cumsum([len(step.row) for step in steps]) - 1
-    force = np.einsum("nab,knap->knbp", problem.frames[nodes], rates.multiplier[ends])
-    for k, end in enumerate(ends):
-        force[k] += np.einsum("nabp,na->nbp", found.frames, increments[end].multiplier[nodes])
-    total = problem.model.symmetry_factor * force.sum(axis=1)
-    gages = found.readings[:, ends].transpose(1, 2, 0)
-    flat = force.reshape(len(ends), -1, len(changes))
-    gages = gages + np.einsum(
-        "gc,kcp->kgp", fields.values[fields.contact :, : fields.contact], flat
-    )
-    areas = area_rates(problem, steps, rates, found.own)
-    contact, stick = (
-        np.array([getattr(step.measures, name) for step in steps])[:, None]
-        for name in ("contact_area", "stick_area")
-    )
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = (areas[:, 1] - areas[:, 0] * (stick / contact)) / contact
+    found = IncrementRates(problem, fields, changes, increments, stick)
+    total, gages = found.at(ends)
     return Sensitivity(
         names=tuple(parameter.name for parameter in parameters),
         values=np.array([parameter.value for parameter in parameters]),
         readings=readings_of(steps, design.gages.face),
         normal_force=-total[:, 1],
         tangential_force=total[:, 0],
-        stick_ratio=ratio,
-        gages=MICRO * gages.reshape(len(ends), -1, 2, len(changes)),
-        on_kink=np.maximum.accumulate(rates.on_kink)[ends],
+        stick_ratio=found.stick_ratio(steps) if stick else np.full(total[:, 0].shape, np.nan),
+        gages=gages,
+        on_kink=np.maximum.accumulate(found.path.on_kink)[ends],
     )
 
 
-class _Model:
-    """Changes that all parameters cause under fixed forces.
+def changes_of(
+    design: Design, model: FiniteElementModel, parameters: Sequence[Parameter]
+) -> tuple[list[Change], sp.csr_matrix]:
+    """The direct effects of parameters, and the rows (2 plates, n dim) of the gages' readings."""
+    frames = parameters[0].at(0.0).frames if parameters else plate_frames(design)
+    single, rows = rows_of_plates(design, model.mesh, frames)
+    weights = plate_weights(model.mesh, frames)
+    return [change_of(each, model, single, weights) for each in parameters], rows
 
-    explicit (K, n, dim, P): rates of local displacements; readings (P, K, 2 plates): of strains;
-    frames (n, dim, dim, P); own: for areas.
+
+class IncrementRates:
+    """Rates of a path's increments with all parameters; fields: of the nodes that touch.
+
+    path: of the contact; explicit (K, n, dim, P): of local displacements under fixed forces;
+    readings (P, K, 2 plates): of strains under them; frames (n, dim, dim, P).
     """
 
     def __init__(
         self,
         problem: ContactProblem,
-        nodes: IntArray,
         fields: ResponseFields,
         changes: Sequence[Change],
         increments: Sequence[Increment],
+        stick: bool = True,
     ) -> None:
+        self._problem, self._fields, self._increments = problem, fields, increments
+        nodes = fields.nodes
         count, dim, size = len(nodes), problem.shape[1], len(changes)
         frames = problem.frames[nodes]
         force = np.array([increment.force[nodes] for increment in increments])
-        loads = np.zeros((len(fields.values), len(increments) + count))
-        loads[: fields.contact, : len(increments)] = force.reshape(len(increments), -1).T
-        for i in range(count):  # unit forces along the normals: rates of normal compliances
-            loads[i * dim : (i + 1) * dim, len(increments) + i] = frames[i, 0]
+        past = len(increments)
+        loads = np.zeros((len(fields.values), past + count * stick))
+        loads[: fields.contact, :past] = force.reshape(past, -1).T
+        for i in range(count if stick else 0):  # unit normal forces: rates of normal compliances
+            loads[i * dim : (i + 1) * dim, past + i] = frames[i, 0]
         left, sizes, right = svd(loads, full_matrices=False)
         rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
         basis = fields.change_of(changes, left[:, :rank])
@@ -179,7 +185,6 @@ class _Model:
         basis[:, : fields.contact] *= free[:, None]
         rates = basis @ (sizes[:rank, None] * right[:rank])
         moved = rates[:, : fields.contact].reshape(size, count, dim, -1)
-        past = len(increments)
         self.readings = rates[:, fields.contact :, :past].transpose(0, 2, 1)
         self.frames = np.zeros((count, dim, dim, size))
         modes, gap = np.zeros((5, count, dim, size)), np.zeros((count, size))
@@ -193,16 +198,54 @@ class _Model:
         self.explicit = np.einsum("nab,pnbk->knap", frames, moved[..., :past])
         self.explicit[:, :, 0] += gap
         amplitudes = np.array([increment.motion.amplitudes for increment in increments])
-        self.explicit += np.einsum("ka,anip->knip", amplitudes, modes)
+        self.explicit += np.einsum("ka,anip->knip", amplitudes, modes, optimize=True)
         compliance = free[:, None] * fields.values[: fields.contact, : fields.contact]
-        yielded = (compliance @ force.reshape(past, -1).T).T.reshape(past, count, dim)
-        self.explicit += np.einsum("nabp,knb->knap", self.frames, yielded)
-        local = np.array([increment.multiplier[nodes] for increment in increments])
-        turned = np.einsum("nabp,kna->knbp", self.frames, local).reshape(past, count * dim, size)
-        back = np.einsum("cd,kdp->kcp", compliance, turned).reshape(past, count, dim, size)
-        self.explicit += np.einsum("nab,knbp->knap", frames, back)
-        normals = np.einsum("nb,pnbi->nip", frames[:, 0], moved[..., past:])
-        crossed = compliance.reshape(count, dim, count, dim)
-        tilted = np.einsum("nbp,nbic,ic->nip", self.frames[:, 0], crossed, frames[:, 0])
-        normals = normals + tilted + tilted.transpose(1, 0, 2)
-        self.own = OwnRates(normals, areas, facets, np.array([c.friction for c in changes]))
+        if self.frames.any():
+            self.explicit += self._turned(compliance, force, frames)
+        friction = np.array([change.friction for change in changes])
+        self.path = path_rates(problem, increments, nodes, self.explicit, friction)
+        self._own: OwnRates | None = None
+        if stick:
+            normals = np.einsum("nb,pnbi->nip", frames[:, 0], moved[..., past:])
+            crossed = compliance.reshape(count, dim, count, dim)
+            tilted = np.einsum("nbp,nbic,ic->nip", self.frames[:, 0], crossed, frames[:, 0])
+            normals = normals + tilted + tilted.transpose(1, 0, 2)
+            self._own = OwnRates(normals, areas, facets, friction)
+
+    def _turned(self, compliance: Array, force: Array, frames: Array) -> Array:
+        """Rates (K, n, dim, P) of local displacements as the frames turn, and forces with them."""
+        past, count, dim = force.shape
+        yielded = (force.reshape(past, -1) @ compliance.T).reshape(force.shape)
+        found = np.einsum("nabp,knb->knap", self.frames, yielded)
+        local = np.array(
+            [increment.multiplier[self._fields.nodes] for increment in self._increments]
+        )
+        turned = np.einsum("nabp,kna->knbp", self.frames, local).reshape(past, count * dim, -1)
+        back = (compliance @ turned).reshape(past, count, dim, -1)
+        return np.asarray(found + np.einsum("nab,knbp->knap", frames, back))
+
+    def at(self, ends: IntArray) -> tuple[Array, Array]:
+        """Rates of the whole finger's force (k, dim, P) N on it, less its sign along y, and of its
+        gages (k, plates, 2, P) microstrain, at some increments."""
+        problem, fields = self._problem, self._fields
+        nodes = fields.nodes
+        force = np.einsum("nab,knap->knbp", problem.frames[nodes], self.path.multiplier[ends])
+        for k, end in enumerate(ends):
+            local = self._increments[end].multiplier[nodes]
+            force[k] += np.einsum("nabp,na->nbp", self.frames, local)
+        total = problem.model.symmetry_factor * force.sum(axis=1)
+        flat = force.reshape(len(ends), fields.contact, -1)
+        strain = fields.values[fields.contact :, : fields.contact] @ flat
+        strain += self.readings[:, ends].transpose(1, 2, 0)
+        return total, MICRO * strain.reshape(len(ends), -1, 2, flat.shape[2])
+
+    def stick_ratio(self, steps: Sequence[Step]) -> Array:
+        """Rates (k, P) of the stick ratio at each row's end, NaN without contact."""
+        assert self._own is not None
+        areas = area_rates(self._problem, steps, self.path, self._own)
+        contact, stick = (
+            np.array([getattr(step.measures, name) for step in steps])[:, None]
+            for name in ("contact_area", "stick_area")
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray((areas[:, 1] - areas[:, 0] * (stick / contact)) / contact)

@@ -46,7 +46,9 @@ class ResponseFields:
         for number, change in enumerate(changes):
             rows = self._rows_of(change)
             if rows is not None:
-                found[number] += rows @ moved + flat.T @ (rows.T @ loads)
+                found[number] += rows @ moved + (rows @ flat).T @ loads
+            if change.attached is not None:
+                found[number] -= flat.T @ (change.attached @ moved)
             if change.thickness:
                 found[number] -= change.thickness * (self.values @ loads)
         return found

@@ -14,20 +14,21 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.fem.readout import gage_rows, pairing
+from fingerdesign.fem.system import Body
 from fingerdesign.fem.trace import contact_trace
-from fingerdesign.layout.rows import plate_frames
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.sensitivity.change import Change, Facing
 from fingerdesign.sensitivity.variant import Parameter
-from fingerdesign.sensitivity.velocity import node_velocity
-
-_SAME = 1e-9  # mm per unit: a slower growth of plates and gages is rounding of the differences
+from fingerdesign.sensitivity.velocity import is_rigid, node_velocity
 
 
-def change_of(parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matrix) -> Change:
-    """The direct effect of a parameter; rows: of :func:`rows_of_plates`.
+def change_of(
+    parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matrix, weights: Array
+) -> Change:
+    """The direct effect of a parameter; rows: of :func:`rows_of_plates`; weights: plate_weights.
 
     DesignError where it is not known.
     """
@@ -43,14 +44,15 @@ def change_of(parameter: Parameter, model: FiniteElementModel, rows: sp.csr_matr
     if parameter.name == "body.depth_mm" and mesh.dimension == 2:
         deep = 1.0 / design.body.depth_mm
         return Change(parameter.name, facing=_facing(parameter, model, None), thickness=deep)
-    velocity = node_velocity(parameter, mesh) if parameter.kind != "object" else None
-    gages = None
+    velocity = node_velocity(parameter, mesh, weights) if parameter.kind != "object" else None
+    gages = attached = None
     if parameter.kind in ("placement", "plates", "body", "gages"):
         gages = _gage_rates(parameter, mesh, velocity, rows)
+        attached = _attached_rates(parameter, body)
     facing = None
     if parameter.kind in ("body", "object"):
         facing = _facing(parameter, model, velocity)
-    return Change(parameter.name, velocity=velocity, gages=gages, facing=facing)
+    return Change(parameter.name, velocity=velocity, gages=gages, attached=attached, facing=facing)
 
 
 def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
@@ -85,9 +87,11 @@ def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
     return Change(parameter.name, moduli=np.array(rates) * mine, gages=gages)
 
 
-def rows_of_plates(design: Design, mesh: Mesh) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+def rows_of_plates(
+    design: Design, mesh: Mesh, frames: tuple[PlateFrame, ...]
+) -> tuple[sp.csr_matrix, sp.csr_matrix]:
     """Gage rows (2 plates, n dim) plate by plate, and those of the bridges, where plates pair."""
-    frames, gages = plate_frames(design), design.gages
+    gages = design.gages
     rows = gage_rows(
         mesh, frames, gages.model_copy(update={"grid": _single(gages)}), design.gage_weights
     )
@@ -106,16 +110,13 @@ def _gage_rates(
     design, _, frames = parameter.at(0.0)
     if not frames:
         return None
-
-    def sizes(change: float) -> Array:
-        varied = parameter.at(change)
-        numbers = [[frame.length, frame.thickness] for frame in varied.frames]
-        gages = varied.design.gages
-        return np.array([[gages.length_mm, gages.width_mm], [gages.z_mm, 0.0], *numbers])
-
-    rigid = mesh.dimension == 2 or parameter.name != "body.depth_mm"
-    if rigid and np.abs(parameter.rate(sizes)).max() < _SAME:
-        return _turned(parameter, mesh, design.gages, own_rows)
+    if is_rigid(parameter, mesh):
+        turning = _turning(parameter, mesh)
+        if turning is None:
+            return None
+        found = own_rows @ turning
+        pairs = pairing(frames, design.gages)
+        return sp.csr_matrix(found if pairs is None else pairs @ found)
 
     def rows(change: float) -> sp.csr_matrix:
         varied = parameter.at(change)
@@ -126,19 +127,31 @@ def _gage_rates(
     return sp.csr_matrix(parameter.rate(rows))
 
 
-def _turned(parameter: Parameter, mesh: Mesh, gages: Gages, rows: sp.csr_matrix) -> sp.csr_matrix:
-    """Rates of rows whose vectors turn with their plates, at the same places of the cells."""
-    _, _, frames = parameter.at(0.0)
+def _turning(parameter: Parameter, mesh: Mesh) -> sp.csr_matrix | None:
+    """Matrix (n dim, n dim): rows of plates times it are the rates of rows that turn with them;
+    None where no plate turns."""
 
     def angles(change: float) -> Array:
         return np.radians([frame.angle_deg for frame in parameter.at(change).frames])
 
-    spins = np.repeat(parameter.rate(angles), 2)
+    spins, rates = np.zeros(len(mesh.points)), parameter.rate(angles)
+    if not rates.any():
+        return None
+    for frame, spin in zip(parameter.at(0.0).frames, rates, strict=True):
+        spins[mesh.cells[mesh.regions == frame.index + 1]] = spin
     turn = np.zeros((mesh.dimension, mesh.dimension))
     turn[0, 1], turn[1, 0] = 1.0, -1.0  # rows times this: vectors turned anticlockwise
-    found = sp.diags_array(spins) @ rows @ sp.kron(sp.identity(len(mesh.points)), turn)
-    pairs = pairing(frames, gages)
-    return sp.csr_matrix(found if pairs is None else pairs @ found)
+    return sp.csr_matrix(sp.kron(sp.diags_array(spins), turn))
+
+
+def _attached_rates(parameter: Parameter, body: Body) -> sp.csr_matrix | None:
+    """Rates of the stiffness of leads and gages, bars that turn with their plates."""
+    upper = body.attached
+    turning = None if upper is None else _turning(parameter, body.mesh)
+    if upper is None or turning is None:
+        return None
+    half = (upper + upper.T - sp.diags_array(upper.diagonal())) @ turning
+    return sp.csr_matrix(half + half.T)
 
 
 def _facing(parameter: Parameter, model: FiniteElementModel, velocity: Array | None) -> Facing:

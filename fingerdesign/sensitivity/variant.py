@@ -64,12 +64,28 @@ class Parameter:
         return [(weight / self.step, of(k * self.step)) for k, weight in _WEIGHTS.items()]
 
 
-def parameters_of(design: Design, scene: Scene, names: tuple[str, ...]) -> list[Parameter]:
-    """Find the parameters by name. DesignError with a fault for each that is none."""
+def differentiable(design: Design) -> Design:
+    """The design with what derivatives are known for: solid plates and quadratic elements."""
+    plates = design.plates.model_copy(update={"model": "solid"})
+    mesh = design.mesh.model_copy(update={"element": "auto"})
+    return design.model_copy(update={"plates": plates, "mesh": mesh})
+
+
+def parameters_of(
+    design: Design,
+    scene: Scene,
+    names: tuple[str, ...],
+    frames: tuple[PlateFrame, ...] | None = None,
+) -> list[Parameter]:
+    """Find the parameters by name. DesignError with a fault for each that is none.
+
+    frames: the plates that are in the model, of which places are wanted; None: all.
+    """
+    shown = plate_frames(design) if frames is None else frames
     found, faults = [], list[Fault]()
     for name in names:
         try:
-            found.append(_parameter(design, scene, name))
+            found.append(_parameter(design, scene, shown, name))
         except DesignError as error:
             faults += error.faults
     if faults:
@@ -77,10 +93,13 @@ def parameters_of(design: Design, scene: Scene, names: tuple[str, ...]) -> list[
     return found
 
 
-def _parameter(design: Design, scene: Scene, name: str) -> Parameter:
+def _parameter(
+    design: Design, scene: Scene, frames: tuple[PlateFrame, ...], name: str
+) -> Parameter:
     place = re.fullmatch(r"placement(?:\[(\d+)\])?\.(\w+)", name)
     if place is not None and place[2] in PLACES:
-        return _placement(design, scene, name, place[1], PLACES.index(place[2]))
+        here = Variant(design, scene, frames)
+        return _placement(here, name, place[1], PLACES.index(place[2]))
     table, _, key = name.partition(".")
     if table == "object" and key in _OBJECT:
         value = getattr(scene.object, key)
@@ -94,8 +113,8 @@ def _parameter(design: Design, scene: Scene, name: str) -> Parameter:
     raise DesignError([Fault("parameters", shown(name), bound, "write the key as in the file")])
 
 
-def _placement(design: Design, scene: Scene, name: str, one: str | None, axis: int) -> Parameter:
-    frames = plate_frames(design)
+def _placement(here: Variant, name: str, one: str | None, axis: int) -> Parameter:
+    frames = here.frames
     if not frames or (one is not None and int(one) >= len(frames)):
         bound = f"one of {len(frames)} plates, numbered from 0"
         raise DesignError([Fault("parameters", shown(name), bound, "name a plate that is there")])
@@ -107,7 +126,7 @@ def _placement(design: Design, scene: Scene, name: str, one: str | None, axis: i
         for frame, mine in zip(frames, own, strict=True):
             there: dict[str, Any] = {names[axis]: getattr(frame, names[axis]) + change * mine}
             moved.append(replace(frame, **there))
-        return Variant(design, scene, tuple(moved))
+        return here._replace(frames=tuple(moved))
 
     first = frames[int(one or 0)]
     value = (first.place, first.y, first.angle_deg)[axis]

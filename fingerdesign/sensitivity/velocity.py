@@ -9,6 +9,8 @@ length and thickness grow, and carry the rubber along by ``mesh.moved.plate_weig
 nodes, and these go along with the gages' length: beyond an edge of a cell its strain is another.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
@@ -25,43 +27,60 @@ _STILL = 1e-9  # mm (or degrees) per unit: a slower motion is rounding of the di
 
 def check_movable(parameter: Parameter, mesh: Mesh) -> None:
     """Refuse a dimension that no velocity is known for, with what to do instead."""
-    for wrong, bound, remedy in _immovable(parameter):
+    for wrong, bound, remedy in _immovable(parameter, mesh):
         if wrong:
             raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])
-    if mesh.dimension == 3:
-        ends = parameter.rate(lambda t: np.array([f.span for f in parameter.at(t).frames]))
-        if parameter.name != "body.depth_mm" and np.abs(ends).max(initial=0.0) > _STILL:
-            bound = "a key that leaves the plates' span in space as it is"
-            raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, "leave it out")])
 
 
-def _immovable(parameter: Parameter) -> tuple[tuple[bool, str, str], ...]:
+def is_rigid(parameter: Parameter, mesh: Mesh) -> bool:
+    """True where plates and gages keep their sizes: they move as rigid bodies."""
+    if parameter.kind == "placement":
+        return True
+
+    def sizes(change: float) -> Array:
+        varied = parameter.at(change)
+        numbers = [[frame.length, frame.thickness] for frame in varied.frames]
+        gages = varied.design.gages
+        return np.array([gages.length_mm, gages.width_mm, gages.z_mm, *np.ravel(numbers)])
+
+    deeper = mesh.dimension == 3 and parameter.name == "body.depth_mm"
+    return not deeper and bool(np.abs(parameter.rate(sizes)).max() < _STILL)
+
+
+def _immovable(parameter: Parameter, mesh: Mesh) -> Iterator[tuple[bool, str, str]]:
     """Cases that no velocity is known for: if it is so, what is needed, what to do instead."""
     design, _, frames = parameter.at(0.0)
+    yield design.plates.model != "solid", 'plates.model = "solid"', "model the plates as solids"
+    bars = design.gages.leads is not None or design.gages.kind is not None
+    barred = mesh.dimension == 3 and bars
+    needed = "plates without [gages.leads] and gages.kind, which are stiff"
+    yield barred and not is_rigid(parameter, mesh), needed, "leave them out"
+    remedy = "leave this parameter out"
+    if parameter.kind == "placement":
+        moves = np.abs(parameter.rate(lambda t: _places(parameter.at(t)))).max(axis=1) > _STILL
+        across = any(f.along != "x" for f, own in zip(frames, moves, strict=True) if own)
+        yield across, "plates along x", remedy
+        return
     flat = all(frame.along == "x" and frame.bend_radius is None for frame in frames)
-    kind = design.body.kind
+    yield not flat, "flat plates along x", remedy
+    yield design.body.core is not None, "a body without a core", remedy
+    yield any(f.holes for f in frames), "plates without holes", remedy
+    kind, body = design.body.kind, parameter.kind == "body"
     width = parameter.name in ("body.width_mm", "body.arc_radius_mm", "body.edge_radius_mm")
-    return (
-        (design.plates.model != "solid", 'plates.model = "solid"', "model the plates as solids"),
-        (
-            design.gages.leads is not None or design.gages.kind is not None,
-            "plates without [gages.leads] and gages.kind, which are stiff",
-            "leave them out",
-        ),
-        (not flat, "flat plates along x", "leave this parameter out"),
-        (design.body.core is not None, "a body without a core", "leave this parameter out"),
-        (any(f.holes for f in frames), "plates without holes", "leave this parameter out"),
-        (
-            parameter.kind == "body"
-            and not (kind.straight and (design.body.edge_radius_mm is None or not width)),
-            "a straight body, of width and radius without an edge",
-            "leave this parameter out",
-        ),
-    )
+    edged = design.body.edge_radius_mm is not None and width
+    needed = "a straight body, of width and radius without an edge"
+    yield body and (not kind.straight or edged), needed, remedy
+    if mesh.dimension == 3 and parameter.name != "body.depth_mm":
+        ends = parameter.rate(lambda t: np.array([f.span for f in parameter.at(t).frames]))
+        needed = "a key that leaves the plates' span in space as it is"
+        yield bool(np.abs(ends).max(initial=0.0) > _STILL), needed, "leave it out"
 
 
-def node_velocity(parameter: Parameter, mesh: Mesh) -> Array | None:
-    """Velocity (n, dim) of the nodes per unit of the parameter; None where none moves."""
+def node_velocity(parameter: Parameter, mesh: Mesh, weights: Array | None = None) -> Array | None:
+    """Velocity (n, dim) of the nodes per unit of the parameter; None where none moves.
+
+    weights: plate_weights, where they are known.
+    """
     rates = parameter.rate(lambda t: _places(parameter.at(t)))
     body = parameter.kind == "body"
     if not body and np.abs(rates).max(initial=0.0) < _STILL:
@@ -74,7 +93,8 @@ def node_velocity(parameter: Parameter, mesh: Mesh) -> Array | None:
     here = parameter.at(0.0)
     frames, gage = here.frames, here.design.gages.length_mm
     section, carried = mesh.points[:, :2], velocity[:, :2].copy()
-    for frame, rate, weight in zip(frames, rates, plate_weights(mesh, frames), strict=True):
+    weights = plate_weights(mesh, frames) if weights is None else weights
+    for frame, rate, weight in zip(frames, rates, weights, strict=True):
         if np.abs(rate).max() < _STILL and not body:
             continue
         velocity[:, :2] += weight[:, None] * (_motion(frame, gage, rate, section) - carried)

@@ -24,7 +24,8 @@ def view_of(found: ToleranceData) -> VerdictView:
     row = max(range(len(scatter)), key=lambda k: (scatter[k], k))
     notes = [Verdict("note", "row", f"{row + 1} of {len(scatter)}: the stick ratio scatters most")]
     notes += [Verdict("note", name, number) for name, number in _spreads(found.rows[row])]
-    for place, source in enumerate(found.sources[:4]):
+    notes += [Verdict("note", name, number) for name, number in _yields(found)]
+    for place, source in enumerate(found.sources[:3]):
         name = "tighten first" if not place else "then"
         notes.append(Verdict("note", name, _source(source)))
     worst = max(row.on_kink for row in found.rows)
@@ -48,6 +49,17 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
             words(row.largest_reading_microstrain, row.reading_std_microstrain, " µε at most"),
         ),
     ]
+
+
+def _yields(found: ToleranceData) -> list[tuple[str, str]]:
+    """Yields in words: by motion alone, and of real models where there are any."""
+    made, known = (f"{100 * each:.0f} %" for each in found.yield_by_motion)
+    yields = [("yield by motion", f"{made} grip with 1.1 to 1.5 of the least; calibrated {known}")]
+    if (cast := found.cast) is not None:
+        low, high = (100 * each for each in cast.interval)
+        text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of {cast.fingers} fingers"
+        yields.append(("yield by control", f"{text}' lifts; {100 * cast.lifted:.0f} % lift"))
+    return yields
 
 
 def _source(source: SourceData) -> str:

@@ -41,6 +41,25 @@ class RowData:
 
 @closed
 @dataclass(frozen=True)
+class CastData:
+    """Real models of fingers as cast, lifted by the design's own controller.
+
+    share: of their lifts with a margin of 1.1 to 1.5, interval: at 95 %; lifted: of all lifts;
+    by_motion: of the fingers, as ``yield_by_motion``; it and spreads of the readings (RMS over rows
+    and gages) and of the largest normal force: by derivatives for these fingers, and by models.
+    """
+
+    fingers: int
+    share: Size
+    interval: tuple[Size, Size]
+    lifted: Size
+    by_motion: tuple[Size, Size]
+    reading_std_microstrain: tuple[Size, Size]
+    normal_force_std_N: tuple[Size, Size]
+
+
+@closed
+@dataclass(frozen=True)
 class ToleranceData:
     """The content of tolerance.json: one `fingerdesign tolerance`."""
 
@@ -53,6 +72,14 @@ class ToleranceData:
     gage_std_microstrain: Annotated[
         tuple[Size, ...], Field(description="of each gage as made, RMS over the rows")
     ]
+    yield_by_motion: Annotated[
+        tuple[Size, Size],
+        Field(
+            description="share of fingers, as made and once calibrated, with a margin of 1.1 to 1.5"
+            " where a stage closes all of them alike"
+        ),
+    ]
+    cast: Annotated[CastData | None, Field(description="by real models, where they were asked for")]
     seconds: Size
     versions: dict[str, str]
 

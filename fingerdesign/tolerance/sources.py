@@ -1,8 +1,8 @@
 """Differences from finger to finger: parameters, by how much, and who would tighten them.
 
 Tolerances are to either side, and any value within them is as likely: a standard deviation of the
-tolerance over the root of three. Plates go by what holds them in the mold, the rubber by its
-batches, gages by their factors.
+tolerance over the root of three. Plates go by what holds them in the mold, body and surface by its
+process, the rubber by its batches, sheets by their makers, gages by their factors.
 """
 
 from dataclasses import dataclass
@@ -17,6 +17,12 @@ from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.sensitivity.variant import PLACES
 
 RUBBER, GAINS = 0.15, 0.03  # Of a batch of silicone, and of gage factors (sensing/perturb/draws.py)
+# Rolled bronze and polyimide film come to within 6 to 10 % of their thickness (data sheets). Moduli
+# of films differ by 20 % (draws.py), of metals by 3 % between suppliers. A rubber's Poisson's ratio
+# lies below 0.5, to within 0.005 where it is known at all. Both are assumed.
+SHEET, FILM, METAL, POISSON = 0.08, 0.2, 0.03, 0.005
+_METAL_MPa = 20_000.0  # No film is as stiff, no metal as soft.
+_YOUNG = "youngs_modulus_MPa"
 UNIFORM = float(1.0 / np.sqrt(3.0))
 
 
@@ -45,13 +51,12 @@ class Source:
         return max(self.tolerances)
 
 
-def sources_of(design: Design, plan: MoldPlan) -> list[Source]:
+def sources_of(design: Design, plan: MoldPlan, space: bool = False) -> list[Source]:
     """The sources of scatter of fingers that are cast in a mold; gains of gages are not among them,
-    for they are no parameters of the model."""
+    for they are no parameters of the model. space: in 3-D, where leads keep plates' sizes."""
     found = []
-    flat = design.plates.model == "solid" and design.body.core is None
-    frames = plate_frames(design)
-    if frames and flat and all(f.along == "x" and f.bend_radius is None for f in frames):
+    frames, body = plate_frames(design), design.body
+    if frames and all(f.along == "x" for f in frames):
         off = [tolerances(plan, frame.index) for frame in frames]
         for key, words in zip(
             PLACES, ("plates along x", "plates in height", "plates' angles"), strict=True
@@ -63,7 +68,36 @@ def sources_of(design: Design, plan: MoldPlan) -> list[Source]:
         x, y = row_tolerances(plan)
         found.append(Source("row along x", ("placement.x_mm",), (x,), "mm"))
         found.append(Source("row in height", ("placement.y_mm",), (y,), "mm"))
-    name = f"materials.{design.body.material}.youngs_modulus_MPa"
-    young = design.material_of("body").youngs_modulus_MPa
-    found.append(Source("rubber's modulus", (name,), (RUBBER * young,), "MPa", known=True))
+    found += _sizes(design, plan, space)
+    name, own = f"materials.{body.material}", design.material_of("body")
+    size = RUBBER * own.youngs_modulus_MPa
+    found.append(Source("rubber's modulus", (f"{name}.{_YOUNG}",), (size,), "MPa", known=True))
+    if frames and design.plates.material != body.material:
+        plate = f"materials.{design.plates.material}.{_YOUNG}"
+        young = design.material_of("plates").youngs_modulus_MPa
+        size = (METAL if young > _METAL_MPa else FILM) * young
+        found.append(Source("plates' modulus", (plate,), (size,), "MPa", known=True))
+    room = min(POISSON, 0.9 * (0.5 - own.poissons_ratio))
+    poisson = (f"{name}.poissons_ratio",)
+    found.append(Source("rubber's Poisson's ratio", poisson, (room,), "of one", known=True))
+    return found
+
+
+def _sizes(design: Design, plan: MoldPlan, space: bool) -> list[Source]:
+    """Sizes of body and plates, where their derivatives are known (sensitivity/velocity.py)."""
+    frames, body, found = plate_frames(design), design.body, list[Source]()
+    flat = all(f.along == "x" and f.bend_radius is None and not f.holes for f in frames)
+    if not flat or body.core is not None:
+        return []
+    place, form = plan.limits.tolerance_mm, plan.limits.form_mm
+    if body.kind.straight and not space:
+        found.append(Source("body's height", ("body.base_height_mm",), (place,), "mm"))
+        if body.shape == "arc" and body.edge_radius_mm is None:
+            # The rise w^2 / 8 R of the arc is off by the form of the insert's face.
+            size = form * 8.0 * (body.arc_radius_mm / body.width_mm) ** 2
+            found.append(Source("surface's radius", ("body.arc_radius_mm",), (size,), "mm"))
+    barred = space and (design.gages.leads is not None or design.gages.kind is not None)
+    if frames and not barred:
+        thick = SHEET * design.plates.thickness_mm
+        found.append(Source("plates' thickness", ("plates.thickness_mm",), (thick,), "mm"))
     return found

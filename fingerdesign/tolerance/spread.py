@@ -12,13 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
-from fingerdesign.analysis.case import fundamental_scene
+from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.arrays import Array
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
+from fingerdesign.sensitivity.variant import differentiable
+from fingerdesign.tolerance.cast import Draws, cast_data, cast_fingers, yield_by_motion
 from fingerdesign.tolerance.page import tolerance_html
 from fingerdesign.tolerance.record import (
     PAGE_FILE,
@@ -40,17 +42,24 @@ def tolerance(
     fidelity: str = "plane-strain",
     report: Callable[[str], None] = lambda message: None,
     scene_name: str = "",
+    draws: Draws | None = None,
 ) -> ToleranceData:
     """Analyse a finger and the spread of those that are cast after it. ``scene`` None: the
-    fundamental case. Raises DesignError for a wrong input (MoldRefused where no mold is found),
-    SolverError where a row has no answer."""
+    fundamental case; draws: also lift real models of such fingers. Raises DesignError for a wrong
+    input (MoldRefused where no mold is found), SolverError where a row has no answer."""
     start = time.perf_counter()
-    sources = sources_of(design, plan_mold(design))
+    design = differentiable(design)
+    sources = sources_of(design, plan_mold(design), space=fidelity == "3d")
     report("analysing")
     own = fundamental_scene(design) if scene is None else scene
     names = [name for source in sources for name in source.parameters]
     found = sensitivity(design, own, names, fidelity)
     parts = variances(found, sources)
+    cast = None
+    if draws is not None:
+        case = Case(design, None, fidelity, fields=False, for_page=False, studied=False)
+        fingers = cast_fingers(case, own, sources, draws, report)
+        cast = cast_data(fingers, found, sources)
     return ToleranceData(
         schema_version=1,
         design=design.design.name,
@@ -61,6 +70,8 @@ def tolerance(
         gage_std_microstrain=tuple(
             float(value) for value in np.sqrt(_total(parts["reading"]).mean(axis=0))
         ),
+        yield_by_motion=yield_by_motion(found, sources),
+        cast=cast,
         seconds=round(time.perf_counter() - start, 2),
         versions=versions(),
     )

@@ -3,26 +3,32 @@
     errors_of(any_finger(3, "plane-strain"))
 
 python -m tests.support.derivatives --fidelity plane-strain --seeds 200       prints the table
+python -m tests.support.derivatives --cost maeno2000         the cost of 50 parameters in 3-D
 """
 
 import argparse
+import resource
+import time
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
+from fingerdesign import load_design, with_values
+from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.fidelity.readings import readings_of
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, zone_of
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.fem.body import condense_body
-from fingerdesign.fem.model import body_of
+from fingerdesign.fem.model import body_of, build_model
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.fem.reduction import reduced_model
+from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.sensitivity.derive import derivatives
-from fingerdesign.sensitivity.variant import parameters_of
+from fingerdesign.sensitivity.variant import PLACES, parameters_of
 from fingerdesign.sensitivity.velocity import node_velocity
-from tests.support.any_fingers import any_finger
+from tests.support.any_fingers import Finger, any_finger
 
 OUTPUTS = ("normal_force", "tangential_force", "stick_ratio", "gages")
 FIVE = {-2: 1 / 12, -1: -8 / 12, 1: 8 / 12, 2: -1 / 12}
@@ -199,13 +205,49 @@ def errors_of(finger, names=None, step=2e-3, chance=None):
     return errors, skipped, case.found
 
 
+def cost_of(name, contact_mm=None):
+    """Print seconds of a processor and memory of an analysis in 3-D (swept), and of derivatives of
+    its rows with 50 parameters."""
+    design = with_values(load_design(name), {"mesh.mesher": "sweep"})
+    if contact_mm:
+        design = meshed_for_grips(design, "3d", contact_mm)
+    scene = fundamental_scene(design)
+    case = Case(design, scene, "3d", grips=False, fields=False)
+    zone, clock, seconds = zone_of(case, scene), time.process_time, []
+
+    def lap(words, start):
+        most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        seconds.append(clock() - start)
+        print(f"{words}: {seconds[-1]:.1f} s, {most:.2f} GB at most", flush=True)
+
+    start = clock()
+    mesh = make_mesh(design, "3d", zone, case.symmetric)
+    model = build_model(design, mesh, zone.half_width, zone_half_depth=zone.half_depth)
+    problem = problem_at_touch(model.reduced, scene.object, design.body)
+    steps = follow_path(problem, scene, design)
+    lap(f"analysis, {model.dofs} equations, {model.reduced.nodes} candidates", start)
+    names = [f"placement[{k}].{key}" for key in PLACES for k in range(design.plates.number)]
+    others = ("object.friction_coefficient", "body.base_height_mm", "plates.thickness_mm")
+    names += [*others, *names_of(Finger(design, scene, "3d"))[1:4]]
+    wanted = parameters_of(design, scene, tuple(dict.fromkeys(names))[:50])
+    start = clock()
+    found = derivatives(design, scene, model, problem, steps, wanted)
+    lap(f"{len(wanted)} parameters, {found.readings.rows} rows", start)
+    print(f"ratio {seconds[1] / seconds[0]:.2f}")
+
+
 def main():
     parser = argparse.ArgumentParser()
+    parser.add_argument("--cost", metavar="DESIGN", help="the cost in 3-D instead")
+    parser.add_argument("--contact-mm", type=float, help="with --cost: size of contact facets")
     parser.add_argument("--fidelity", default="plane-strain")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--plates-MPa", type=float, help="modulus of the plates: 50 hardly rounds")
     given = parser.parse_args()
+    if given.cost:
+        cost_of(given.cost, given.contact_mm)
+        return
     every, skipped, fingers = [], 0, 0
     for seed in range(given.first, given.first + given.seeds):
         try:

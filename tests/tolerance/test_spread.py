@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 
 from fingerdesign import load_design, with_values
-from fingerdesign.analysis.fidelity.readings import readings_of
+from fingerdesign.analysis.fidelity.readings import Readings, readings_of
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.sensing.perturb.finger import places_of
+from fingerdesign.sensitivity.derive import Sensitivity
+from fingerdesign.tolerance.cast import Draws, changes_of_finger, drawn, yield_by_motion
 from fingerdesign.tolerance.page import tolerance_html, view_of
-from fingerdesign.tolerance.record import RowData, SourceData, ToleranceData
-from fingerdesign.tolerance.sources import sources_of
-from fingerdesign.tolerance.spread import variances, write_tolerance
+from fingerdesign.tolerance.record import CastData, RowData, SourceData, ToleranceData
+from fingerdesign.tolerance.sources import Source, sources_of
+from fingerdesign.tolerance.spread import tolerance, variances, write_tolerance
 from tests.sensitivity.test_derivatives import scene_of
 from tests.support.any_fingers import Finger
 from tests.support.derivatives import along, solved
@@ -29,7 +33,10 @@ def test_spread_is_that_of_fingers_analysed_again():
     """The same draws by the linear model and by new analyses; the issue's bound is 10 %."""
     design = with_values(load_design("maeno2000"), COARSE)
     finger = Finger(design, scene_of([[0.05, 0.0], [0.1, 0.0], [0.1, 0.04]]), "plane-strain")
-    sources = [s for s in sources_of(design, plan_mold(design)) if "row" not in s.words]
+    # What ``along`` can change together: places one by one, and materials.
+    joint = ("placement[", "materials.")
+    every = sources_of(design, plan_mold(design))
+    sources = [s for s in every if s.parameters[0].startswith(joint)]
     case = solved(finger, [name for source in sources for name in source.parameters])
     sizes = np.concatenate([source.tolerances for source in sources])
     chance = np.random.default_rng(7)
@@ -46,7 +53,9 @@ def test_spread_is_that_of_fingers_analysed_again():
     assert rms[0] == pytest.approx(rms[1], rel=0.1)
     parts = variances(case.found, sources)
     total = np.sqrt(np.sum([part[-1] for part in parts["normal_force"]]))
-    assert total == pytest.approx(there[0], rel=0.35)  # 24 draws: 15 % of a standard deviation
+    ways = chance.uniform(-1.0, 1.0, (4000, len(sizes))) * sizes
+    many = (ways @ case.found.normal_force[-1]).std()
+    assert total == pytest.approx(many, rel=0.05)  # of 4000 draws: four deviations of it
 
 
 def record():
@@ -57,7 +66,9 @@ def record():
             [("plates in height", 0.6, False), ("rubber's modulus", 0.4, True)]
         )
     )
-    return ToleranceData(1, "a", "s", "plane-strain", (row,), sources, (3.0,), 1.0, {})
+    cast = CastData(20, 0.6, (0.4, 0.8), 0.95, (0.9, 0.9), (3.0, 3.1), (1.0, 1.0))
+    given = ("a", "s", "plane-strain", (row,), sources, (3.0,), (0.9, 1.0), cast, 1.0, {})
+    return ToleranceData(1, *given)
 
 
 def test_the_page_and_the_record_hold_the_numbers(tmp_path):
@@ -74,4 +85,52 @@ def test_what_to_tighten_first_comes_first():
     notes = view_of(record()).verdicts
     first = next(each for each in notes if each.name == "tighten first")
     assert first.number.startswith("plates in height, ± 0.05 mm: 60 %")
+    assert "60 % (40 to 80) of 20 fingers" in " ".join(each.number for each in notes)
     assert len(notes) <= 12
+
+
+def test_a_drawn_finger_is_within_its_tolerances():
+    """Places against a row that moves by itself too; the same number draws the same finger."""
+    design = load_design("maeno2000")
+    sources = sources_of(design, plan_mold(design))
+    sizes = {name: t for s in sources for name, t in zip(s.parameters, s.tolerances, strict=True)}
+    off = []
+    for number in range(20):
+        changes = changes_of_finger(sources, number)
+        assert (changes == changes_of_finger(sources, number)).all()
+        made = drawn(design, sources, changes)
+        off.append(places_of(plate_frames(made)) - places_of(plate_frames(design)))
+        young = made.material_of("body").youngs_modulus_MPa / 4.96
+        assert 0.85 <= young <= 1.15
+    most = sizes["placement[7].x_mm"] + sizes["placement.x_mm"]
+    assert 0.3 * most < np.abs(np.array(off)[:, 7, 0]).max() <= most + 1e-9
+    assert np.ptp(np.array(off)[0, :, 2]) > 0.0
+
+
+def test_a_yield_by_motion_is_that_of_a_uniform_modulus():
+    """Forces go with the modulus: 1.285 (1 + 0.15 u) is in 1.1 to 1.5 for 0.979 of -1 < u < 1."""
+    rows = Readings(*(np.array([1.0, 2.0]) for _ in range(4)), np.zeros((2, 0, 2)))
+    rates = np.array([[0.1], [2.0]])
+    found = Sensitivity(
+        ("E",), np.ones(1), rows, rates, rates, rates, np.zeros((2, 0, 2, 1)), rates
+    )
+    made, known = yield_by_motion(found, [Source("rubber", ("E",), (0.15,), "MPa", known=True)])
+    assert made == pytest.approx((1.0 + (1.0 - 1.1 / np.sqrt(1.65)) / 0.15) / 2.0, abs=0.01)
+    assert known == 1.0
+
+
+@pytest.mark.slow
+def test_real_models_scatter_as_the_derivatives_say():
+    """Fingers meshed by themselves, coarsely, against the same ones by derivatives: forces within
+    10 %, the issue's bound; readings within 25 %, for two such meshes differ by a tenth of one."""
+    design = with_values(load_design("maeno2000"), COARSE)
+    draws = Draws(0.5)
+    found = tolerance(design, scene_of([[0.05, 0.0], [0.1, 0.0], [0.1, 0.04]]), draws=draws)
+    assert found.cast is not None
+    assert found.cast.fingers >= 10
+    linear, again = found.cast.normal_force_std_N
+    assert linear == pytest.approx(again, rel=0.1)
+    linear, again = found.cast.reading_std_microstrain
+    assert linear == pytest.approx(again, rel=0.25)
+    low, high = found.cast.interval
+    assert 0.0 <= low <= found.cast.share <= high <= 1.0

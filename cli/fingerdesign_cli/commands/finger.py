@@ -228,12 +228,22 @@ def validate() -> None:
     "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
 )
 @fidelity_option("plane-strain")
+@click.option(
+    "--yield-within",
+    "within",
+    type=click.FloatRange(1.0, 50.0),
+    metavar="POINTS",
+    help="Also mesh and lift fingers as cast, until the yield is known to within so many points.",
+)
+@workers_option
 @open_option
 @output_options
 def tolerance() -> None:
     """Report the spread of fingers that are cast as DESIGN, by one analysis and its derivatives.
 
     Plates are off by what holds them in the mold, the rubber by its batch, gages by their factors.
+    Yield is the share of fingers with 1.1 to 1.5 times the least force: if a stage closes all of
+    them alike, and with --yield-within by the design's own controller, some seconds a finger.
     OUT/NAME then holds report.html (what to tighten first, the spread) and tolerance.json.
     """
 

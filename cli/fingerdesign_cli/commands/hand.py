@@ -139,7 +139,6 @@ def train() -> None:
     type=click.IntRange(0, 2),
     help="For a trace: terms of the relaxation (Prony series).  [default: by Schwarz's criterion]",
 )
-@workers_option
 @model_option
 @open_option
 @output_options
@@ -154,7 +153,7 @@ def identify() -> None:
     Or SOURCE is a bench: the folder with phases.csv and the traces that it names, or that table
     (docs/how_to/identify.md). OUT/NAME then holds calibration.json, the plates' places, moduli and
     gains with their deviations before and after; fitted.toml, the finger as fitted; estimator.json
-    with the finger's own curves. The first finger of a design takes minutes, others seconds.
+    with the finger's own curves. The first finger of a design takes longest.
 
     --simulate writes OUT/NAME/trace.csv of a finger drawn from --seed, and truth.json; with --bench
     the folder of a bench.

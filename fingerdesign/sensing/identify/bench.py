@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -26,8 +26,9 @@ from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.control.trace import trace_of
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.runtime.streams import stream
-from fingerdesign.sensing.model import against, bench_problem
+from fingerdesign.sensing.model import against, bench_model
 from fingerdesign.sensing.perturb.faults import ALL
 from fingerdesign.sensing.perturb.finger import perturb
 
@@ -79,19 +80,29 @@ def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phas
 
 
 def phase_problems(
-    design: Design,
-    phases: Sequence[Phase],
-    fidelity: str,
-    lean_deg: float = 0.0,
-    neighbour: Design | None = None,
+    design: Design, phases: Sequence[Phase], fidelity: str, lean_deg: float = 0.0
 ) -> list[ContactProblem]:
-    """The finger against each phase's surface, the bench itself leaning; condensed once.
+    """The finger against each phase's surface, the bench itself leaning."""
+    bench = condensed_for(design, phases, fidelity)[1]
+    return leaning(bench, design, phases, lean_deg)
 
-    The zone, and so the mesh, does not depend on the lean. neighbour: see bench_problem.
+
+def condensed_for(
+    design: Design, phases: Sequence[Phase], fidelity: str, neighbour: Design | None = None
+) -> tuple[FiniteElementModel, ContactProblem]:
+    """The finger condensed for all surfaces of a bench's phases, and it against a level one.
+
+    The zone, and so the mesh, does not depend on the lean. neighbour: see bench_model.
     """
     tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
     room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
-    bench = bench_problem(design, room, fidelity, neighbour=neighbour)
+    return bench_model(design, room, fidelity, neighbour=neighbour)
+
+
+def leaning(
+    bench: ContactProblem, design: Design, phases: Sequence[Phase], lean_deg: float
+) -> list[ContactProblem]:
+    """The condensed finger against each phase's surface; nothing is condensed again."""
 
     def facing(phase: Phase) -> ContactProblem:
         tilt = phase.tilt_deg + lean_deg
@@ -115,15 +126,25 @@ class BenchModel:
     def curves(self, finger: Design | None = None, lean_deg: float = 0.0) -> BenchCurves:
         """Play the moves on a finger, or on the design. Raises SolverError where the model has no
         answer, DesignError for a finger that is not sound."""
+        return self.curves_by_lean(finger)(lean_deg)
+
+    def curves_by_lean(self, finger: Design | None = None) -> Callable[[float], BenchCurves]:
+        """Condense once, and give what plays the moves on a bench that leans, degrees."""
         own = self.design if finger is None else finger
         moved = [phase for phase in self.phases if phase.kind != "quick"]
-        problems = phase_problems(own, moved, self.fidelity, lean_deg, self.design)
-        with one_thread():
-            played = [
-                phase.played(CondensedPlant(problem, own.gages.face))
-                for phase, problem in zip(moved, problems, strict=True)
-            ]
-        return bench_curves(played, problems[0].model.gage_x)
+        bench = condensed_for(own, moved, self.fidelity, self.design)[1]
+
+        def curves(lean_deg: float) -> BenchCurves:
+            with one_thread():
+                played = [
+                    phase.played(CondensedPlant(problem, own.gages.face))
+                    for phase, problem in zip(
+                        moved, leaning(bench, own, moved, lean_deg), strict=True
+                    )
+                ]
+            return bench_curves(played, bench.model.gage_x)
+
+        return curves
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (6.0, 2.0, 0.01)}
 # hardly be separated (8 micrometres at the crest are a hundredth of a degree).
 ROW = {"x": 0.015, "lean": 0.02}
 _FORCES = 12  # Points of a press that are compared.
-_LEANS = np.linspace(-2.5, 2.5, 21)  # Leans to try, degrees.
+_LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
 _REACH, _ROUNDS = 4.0, 8  # The largest change in standard deviations; evaluations of the model.
 
@@ -264,25 +264,29 @@ def _columns(data: _Data, latents: Sequence[Latent], differences: Sequence[Diffe
 
 
 def _about_lean(model: BenchModel, data: _Data, report: Report) -> float:
-    """Find the lean among ``_LEANS``, degrees, at which the design's own model fits best:
-    sensitivities depend on the place of the contact, which a degree moves by plates."""
-    left: list[float] = []
-    for lean in _LEANS:
+    """Find the lean, degrees, at which the design's own model fits best: among ``_LEANS``, then
+    next to the best of them. Sensitivities depend on the place of the contact, which a degree moves
+    by plates."""
+    curves, left = model.curves_by_lean(), dict[float, float]()
+
+    def look(lean: float) -> None:
         report("looking for the bench's lean")
         try:
-            curves = model.curves(lean_deg=float(lean))
+            strain = data.where.of(curves(lean))[0] - data.strain
+            left[lean] = float(np.sum((strain / data.strain_deviation) ** 2))
         except SolverError:
-            left.append(np.inf)
-            continue
-        strain = (data.where.of(curves)[0] - data.strain) / data.strain_deviation
-        left.append(float(np.sum(strain**2)))
-    level = left[len(_LEANS) // 2]
-    return float(_LEANS[int(np.argmin(left))]) if min(left) < _LEAN_GAIN * level else 0.0
+            left[lean] = np.inf
+
+    for lean in _LEANS:
+        look(float(lean))
+    best = min(left, key=left.__getitem__)
+    for side in (-0.5, 0.5):
+        look(best + side * float(_LEANS[1] - _LEANS[0]))
+    best = min(left, key=left.__getitem__)
+    return best if left[best] < _LEAN_GAIN * left[0.0] else 0.0
 
 
-def fit_latents(
-    measured: Measured, workers: int = 1, report: Report = lambda message: None
-) -> LatentFit:
+def fit_latents(measured: Measured, report: Report = lambda message: None) -> LatentFit:
     """Fit the finger that was measured.
 
     Raises SolverError where the design's own model has no answer in the phases' moves.
@@ -300,7 +304,7 @@ def fit_latents(
     about = _about_lean(model, data, report) if tilts else 0.0
     planned = replace(model, phases=tuple(plan))
     shaped = [each for each in latents if each.kind not in ("gain", "touch")]
-    differences = sensitivities(planned, shaped, about, workers, report)
+    differences = sensitivities(planned, shaped, about, report)
     problem = _Problem(model, data, latents, _columns(data, latents, differences))
     report("fitting")
     found = least_squares(

@@ -146,7 +146,6 @@ def calibrated_finger(
     source: Path,
     estimator: GripEstimator | None = None,
     fidelity: str = "plane-strain",
-    workers: int = 1,
     report: Report = lambda message: None,
 ) -> CalibratedFinger:
     """Read a bench's traces, derive the finger's curves, fit its hidden values.
@@ -164,7 +163,7 @@ def calibrated_finger(
     gage = hardware.gage_noise_microstrain if estimator is None else estimator.noise
     noise = Noise(gage, hardware.force_noise_N)
     measured = Measured(design, phases, curves, noise, fidelity)
-    fit = fit_latents(measured, workers, report)
+    fit = fit_latents(measured, report)
     report("joining the curves")
     known = joined_calibration(measured, fit)
     own = None if estimator is None else estimator.on_rig(known)

@@ -1,7 +1,8 @@
-"""Sensitivities of a bench's curves to hidden values: central differences on the design's model.
+"""Slopes of a bench's curves with hidden values: derivatives of the design's model (sensitivity/).
 
-They serve every finger of the design: they are made in worker processes and cached. Plates move in
-one mesh (mesh/moved.py), for the difference of two meshes would look like information.
+One condensation gives those of every place, modulus and lean. Points of each phase are moved along
+their slopes, and what comes of the points, curves, is taken again: of closed forms a difference
+will do. They serve every finger of the design and are cached.
 """
 
 from __future__ import annotations
@@ -9,34 +10,53 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from fingerdesign.analysis.case import fundamental_scene, gage_array
+from fingerdesign.analysis.fidelity.readings import Readings, readings_of
+from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
-from fingerdesign.control.bench_curves import BenchCurves
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import Motion
+from fingerdesign.control.bench_curves import BenchCurves, Phase, bench_curves
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.digest import content_digest
-from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.runtime.cache import GARBLED, Cache, packed, unpacked
-from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, BenchModel
-from fingerdesign.sensing.identify.latents import Latent, with_latents
+from fingerdesign.sensing.identify.bench import (
+    MOST_LEAN_DEG,
+    BenchModel,
+    condensed_for,
+    leaning,
+)
+from fingerdesign.sensing.identify.latents import AXES, Latent
 from fingerdesign.sensing.model import MESHED
+from fingerdesign.sensitivity.change import Change
+from fingerdesign.sensitivity.derive import IncrementRates, changes_of, face_mean
+from fingerdesign.sensitivity.model import ResponseFields, response_fields
+from fingerdesign.sensitivity.path import near_nodes
+from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
 from fingerdesign.version import __version__
 
-_FORMAT = 1
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+_FORMAT = 2
 _KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration)}
+
+
+_TILT = "object.tilt_deg"
+_SHARE = 0.01  # Of a latent's step: so near, curves between points keep their pieces.
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Curves of a latent below and above the design's value, and the distance of the two values.
-
-    Where a side has no sound finger, the design's own curves replace it.
-    """
+    """Curves of a latent below and above the design's value, and the distance of the two values."""
 
     low: BenchCurves
     high: BenchCurves
@@ -44,36 +64,23 @@ class Difference:
 
 
 def sensitivities(
-    model: BenchModel, latents: Sequence[Latent], lean_deg: float, workers: int, report: Report
+    model: BenchModel, latents: Sequence[Latent], lean_deg: float, report: Report
 ) -> list[Difference]:
-    """Differences of curves by each latent; lean_deg: the bench's lean, from which the lean's own
-    steps are taken. Raises SolverError where the design's own model has no answer."""
-    jobs: list[tuple[Latent | None, float]] = [(None, 0.0)]
-    jobs += [(latent, side * latent.step) for latent in latents for side in (-1.0, 1.0)]
+    """Differences of curves by each latent; lean_deg: the bench's lean, at which they are taken.
+    Raises SolverError where the design's own model has no answer."""
     cache = Cache("sensitivities", most=40)
     name = f"{sensitivities_key(model, latents, lean_deg)}.npz"
     found = _cached(cache, name)
-    if len(found) != len(jobs):
-        found = []
-        with Pool(min(workers, len(jobs)), shared=(model, lean_deg)) as pool:
-            for curves in pool.in_order(_curves_at, jobs):
-                found.append(curves)
-                report(f"sensitivities: {len(found)} of {len(jobs)}")
-        if found[0] is None:
-            raise SolverError("the design's own model has no answer in the moves of its bench")
+    if len(found) != 2 * len(latents):
+        found = _differences(model, latents, lean_deg, report)
         arrays: dict[str, Array] = {}
         about = packed(tuple(found), arrays)
         cache.put_arrays(name, arrays, about)
-    middle = found[0]
-    assert middle is not None
-    differences = []
-    for latent, low, high in zip(latents, found[1::2], found[2::2], strict=True):
-        sides = (low is not None) + (high is not None)
-        differences.append(Difference(low or middle, high or middle, sides * latent.step or 1.0))
-    return differences
+    apart = [2.0 * _SHARE * latent.step for latent in latents]
+    return [Difference(*each) for each in zip(found[::2], found[1::2], apart, strict=True)]
 
 
-def _cached(cache: Cache, name: str) -> list[BenchCurves | None]:
+def _cached(cache: Cache, name: str) -> list[BenchCurves]:
     """The cached curves; none where there are none, or they cannot be read."""
     stored = cache.arrays(name)
     try:
@@ -82,18 +89,96 @@ def _cached(cache: Cache, name: str) -> list[BenchCurves | None]:
         return []
 
 
-def _curves_at(
-    model: BenchModel, lean_deg: float, latent: Latent | None, off: float
-) -> BenchCurves | None:
-    """Curves of one finger near the design; None where it is not sound."""
-    try:
-        if latent is None:
-            return model.curves(lean_deg=lean_deg)
-        if latent.kind == "lean":
-            return model.curves(lean_deg=lean_deg + off)
-        return model.curves(with_latents(model.design, [latent], np.array([off])), lean_deg)
-    except (DesignError, SolverError):
-        return None
+def _differences(
+    model: BenchModel, latents: Sequence[Latent], lean_deg: float, report: Report
+) -> list[BenchCurves]:
+    """Curves of each latent a little below the design's value, then above."""
+    report("sensitivities")
+    design = differentiable(model.design)
+    phases = [phase for phase in model.phases if phase.kind != "quick"]
+    condensed, bench = condensed_for(design, phases, model.fidelity)
+    problems = leaning(bench, design, phases, lean_deg)
+    with one_thread():
+        paths = [
+            [*follow(problem, _motions(phase), 1)]
+            for phase, problem in zip(phases, problems, strict=True)
+        ]
+    nodes = near_nodes(problems[0], [step.increment for steps in paths for step in steps])
+    fields: ResponseFields | None = None
+    known: dict[str, Change] = {}
+    names = [_parameter_of(design, latent) for latent in latents]
+    moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
+    for phase, problem, steps in zip(phases, problems, paths, strict=True):
+        # The surface's tilt is the phase's own; all else changes every phase alike.
+        new = [name for name, _ in names if name == _TILT or name not in known]
+        met = SceneObject(tilt_deg=phase.tilt_deg + lean_deg)
+        scene = fundamental_scene(design).model_copy(update={"object": met})
+        changes, rows = changes_of(design, condensed, parameters_of(design, scene, tuple(new)))
+        known |= {change.name: change for change in changes}
+        fields = fields or response_fields(condensed.condensed, nodes, rows)
+        own = [known[name] for name, _ in names]
+        rates = IncrementRates(problem, fields, own, [s.increment for s in steps], stick=False)
+        slopes = _slopes(rates, design, len(steps), [factor for _, factor in names])
+        moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
+        report(f"sensitivities: {len(moved)} of {len(phases)} phases")
+    return [
+        bench_curves(
+            [_shifted(*each, k, side * _SHARE * latent.step) for each in moved],
+            problems[0].model.gage_x,
+        )
+        for k, latent in enumerate(latents)
+        for side in (-1.0, 1.0)
+    ]
+
+
+def _parameter_of(design: Design, latent: Latent) -> tuple[str, float]:
+    """The parameter that a latent is, and by how much it changes with one unit of the latent."""
+    if latent.kind in AXES:
+        return f"placement[{latent.number}].{PLACES[AXES.index(latent.kind)]}", 1.0
+    if latent.kind == "lean":
+        return _TILT, 1.0
+    table: Literal["body", "plates"] = "plates" if latent.kind == "plate_modulus" else "body"
+    name = f"materials.{getattr(design, table).material}"
+    if latent.kind == "poisson":
+        return f"{name}.poissons_ratio", 1.0
+    return f"{name}.youngs_modulus_MPa", design.material_of(table).youngs_modulus_MPa
+
+
+def _motions(phase: Phase) -> list[Motion]:
+    pairs = zip(phase.points.approach, phase.points.shear, strict=True)
+    return [Motion(float(approach), float(shear)) for approach, shear in pairs]
+
+
+def _played(phase: Phase, read: Readings) -> Phase:
+    points = replace(
+        phase.points,
+        normal_force=read.normal_force,
+        tangential_force=read.tangential_force,
+        readings=read.reading,
+        samples=np.full(read.rows, np.inf),
+    )
+    return replace(phase, points=points, trace=None)
+
+
+def _slopes(
+    rates: IncrementRates, design: Design, moves: int, factors: Sequence[float]
+) -> tuple[Array, Array, Array]:
+    """Slopes, by latents, of F_n and F_t (k, P), N, and readings (k, g, P), microstrain."""
+    total, gages = rates.at(np.arange(moves))
+    readings = face_mean(gages, design.gages.face)[:, list(gage_array(design))]
+    return -total[:, 1] * factors, total[:, 0] * factors, readings * factors
+
+
+def _shifted(phase: Phase, slopes: tuple[Array, Array, Array], k: int, off: float) -> Phase:
+    """A phase whose points went along the slopes of latent k."""
+    normal, tangential, readings = (off * each[..., k] for each in slopes)
+    points = replace(
+        phase.points,
+        normal_force=phase.points.normal_force + normal,
+        tangential_force=phase.points.tangential_force + tangential,
+        readings=phase.points.readings + readings,
+    )
+    return replace(phase, points=points)
 
 
 def sensitivities_key(model: BenchModel, latents: Sequence[Latent], lean_deg: float) -> str:
