@@ -24,6 +24,13 @@ CHEAP = (
     *("patch_", "ssnv128", "wedge", "two_codes_plane_strain", "two_codes_plate", "order_ring"),
     *("flat_punch", "measured_disc", "measured_blocks", "hertz_line", "order_layer"),
 )
+# Further values of a parameter of which another value is tested here: `bench suite` runs them.
+SUITE_ALONE = {
+    *("gages_0", "gages_45", "gages_90", "gages_along_z", "gages_plane_0", "gages_plane_30"),
+    *("gages_plane_90", "gages_tee_0", "gages_tee_45", "gages_tee_90"),
+    *("grip_path_below", "nafems_roller", "spence_line_30_15", "spence_line_30_20"),
+    *("spence_line_30_50", "spence_sphere_30_15", "spence_sphere_30_20", "spence_sphere_30_50"),
+}
 SOUND = {
     "name": "one",
     "quantity": "force",
@@ -101,6 +108,7 @@ def test_references_of_spence_lubkin_and_mindlin_are_what_theory_gives():
     [
         name if name.startswith(CHEAP) else pytest.param(name, marks=pytest.mark.slow)
         for name in dict.fromkeys(case.name for case in CASES)
+        if name not in SUITE_ALONE
     ],
 )
 def test_a_case_is_met(name):

@@ -137,8 +137,13 @@ def test_a_flex_sags_as_the_rubber_does(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flex_mm", [None, 2.0])
-@pytest.mark.parametrize("name", shipped_names("design"))
+@pytest.mark.parametrize(
+    ("name", "flex_mm"),
+    [
+        *((name, None) for name in shipped_names("design")),
+        *((name, 2.0) for name in ("boned", "domed", "pin")),  # a core, and each round body
+    ],
+)
 def test_shipped_fingers_load_in_mujoco_without_a_warning(name, flex_mm, tmp_path):
     mujoco = pytest.importorskip("mujoco", reason=WITHOUT)
     warned = []
