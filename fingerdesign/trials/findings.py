@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from fingerdesign.records.statistics import Share, Spread
 from fingerdesign.records.verdict import Status, Verdict
-from fingerdesign.trials.record import ControlData, ControllerData, NoiseSummary
+from fingerdesign.trials.record import ControlData, ControllerData
+from fingerdesign.trials.summary import NoiseSummary
 
 HELD_SHARE = 0.99  # The regulator is to hold this fraction of the grid.
 TUNED_THERE = "All have the parameters of the design’s [grip] table: they are tuned where that is."

@@ -54,11 +54,9 @@ generating.generate(study, found, Path(sys.argv[2]), workers=3)
 
 
 @pytest.fixture
-def fake_cad(tmp_path, monkeypatch):
+def fake_cad(tmp_path, children_find, monkeypatch):
     (tmp_path / "fake_cad_worker.py").write_text(FAKE, "utf-8")
-    monkeypatch.setenv(
-        "PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    )
+    children_find(tmp_path)
     monkeypatch.setattr(generating, "BUILD", "fake_cad_worker:written")
     return monkeypatch
 

@@ -8,6 +8,7 @@ import re
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import jsonschema
@@ -270,9 +271,10 @@ def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, stage):
     assert names_in(tmp_path) == ["block"]
 
 
-def test_a_disk_that_takes_no_more_is_no_finding_about_the_mold(stages, tmp_path, monkeypatch):
-    design = stages(cad_error=GeometryError("base_plate.step: the CAD kernel wrote nothing"))
-    monkeypatch.setattr(make.tempfile, "TemporaryFile", raising(FULL))
+def test_a_disk_that_takes_no_more_is_no_finding_about_the_mold(stages, tmp_path):
+    error = GeometryError("base_plate.step: the CAD kernel wrote nothing")
+    folders = SimpleNamespace(TemporaryFile=raising(FULL), gettempdir=lambda: str(tmp_path))
+    design = stages(cad_error=error, tempfile=folders)
     with pytest.raises(ResultError, match="No space left on device; free space"):
         make.write_mold(design, tmp_path / "block")
     assert list(tmp_path.iterdir()) == []
