@@ -72,7 +72,6 @@ class _Source:
 def read_comparison(
     paths: Sequence[Path],
     objectives: Sequence[Objective] = (),
-    name: str = "",
     work: Work | None = None,
 ) -> Comparison:
     """The outcomes of all ``paths``, in their order.
@@ -100,7 +99,7 @@ def read_comparison(
     every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
     outcomes = with_varied(_distinct(outcomes, sources))
-    return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
+    return Comparison(outcomes, _facts(sources, outcomes, objectives))
 
 
 def _with_best(sources: Sequence[_Source], objectives: Sequence[Objective]) -> list[_Source]:
@@ -284,7 +283,6 @@ def _facts(
     sources: Sequence[_Source],
     outcomes: Sequence[Outcome],
     objectives: Sequence[Objective],
-    name: str,
 ) -> StudyFacts:
     """Those of the studies: objectives of the first that has any, constraints of all."""
     bounds, record, many = dict[str, Bound](), dict[str, str](), len(sources) > 1
@@ -296,7 +294,7 @@ def _facts(
         record |= {f"{prefix}{key}": text for key, text in _texts(source.record)}
     several = f"{len(sources)} sources" if many else "".join(each.name for each in sources)
     places = [str(source.place) for source in sources]
-    facts = facts_of(name or several, outcomes, objectives, tuple(bounds.values()), record, places)
+    facts = facts_of(several, outcomes, objectives, tuple(bounds.values()), record, places)
     return replace(facts, best_of=sum(_rows(source) for source in sources))
 
 
