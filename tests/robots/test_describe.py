@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from fingerdesign import load_design
-from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume, plate_volume
@@ -140,8 +139,10 @@ def test_a_flex_sags_as_the_rubber_does(tmp_path):
 @pytest.mark.parametrize(
     ("name", "flex_mm"),
     [
-        *((name, None) for name in shipped_names("design")),
-        *((name, 2.0) for name in ("boned", "domed", "pin")),  # a core, and each round body
+        # Each body, a core, plates both ways and none; flexes of a core and of each round body.
+        *((name, None) for name in ("block", "boned", "both_ways", "film_tees", "homogeneous")),
+        *((name, size) for name in ("domed", "pin") for size in (None, 2.0)),
+        ("boned", 2.0),
     ],
 )
 def test_shipped_fingers_load_in_mujoco_without_a_warning(name, flex_mm, tmp_path):
