@@ -215,18 +215,22 @@ def _plain_row(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...
     words = tuple(f"plates.{key}" for key in lost) or ("plates.count = 0",)
     # A row that is too wide or too deep for the body does not fit below its surface.
     for count, span in itertools.product(_FEWER, spans):
-        if span is not None:
-            values["plates.span_mm"] = span
-        data = design_data(design)
-        data["plates"] = {key: value for key, value in own.items() if key in _PLAIN}
-        data.pop("assumed", None)
-        for key, value in (values | {"plates.count": count}).items():
-            if freedom.allows(key):
-                set_value(data, key, value)
-        found = judge_data(data)
+        row = {"plates.count": count} | ({} if span is None else {"plates.span_mm": span})
+        found = judge_data(_replaced(design, freedom, values | row))
         if not found.faults:
             return found.sound(design.design.name), words
     return design, ()  # Such plates fit only a flatter body than this one can be.
+
+
+def _replaced(design: Design, freedom: Freedom, values: dict[str, object]) -> dict[str, Any]:
+    """The design's tables with values in place of what makes its plates no plain row."""
+    data = design_data(design)
+    data["plates"] = {key: value for key, value in data["plates"].items() if key in _PLAIN}
+    data.pop("assumed", None)
+    for key, value in values.items():
+        if freedom.allows(key):
+            set_value(data, key, value)
+    return data
 
 
 def _flat(design: Design, known: Design) -> dict[str, object]:
