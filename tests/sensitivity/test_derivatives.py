@@ -86,8 +86,8 @@ def test_differences_on_the_moved_mesh_agree(finger, names):
 @pytest.mark.parametrize(
     ("name", "step"),
     [
-        *(("body.width_mm", 5e-4), ("body.arc_radius_mm", 5e-4)),
-        *(("plates.thickness_mm", 5e-4), ("gages.length_mm", 5e-3)),
+        *(("body.base_height_mm", 5e-4), ("body.width_mm", 5e-4), ("body.arc_radius_mm", 5e-4)),
+        *(("plates.length_mm", 5e-4), ("plates.thickness_mm", 5e-4), ("gages.length_mm", 5e-3)),
     ],
 )
 def test_differences_of_lengths_agree(finger, name, step):
