@@ -56,8 +56,7 @@ def test_the_command_says_and_writes_it(monkeypatch, tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_a_pair_is_predicted_and_measured(monkeypatch, tmp_path):
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
+def test_a_pair_is_predicted_and_measured(own_cache, tmp_path):
     found = measure_pair(plain_pairs(quick=True)[0], tmp_path / "out")
     assert found["status"] == "ok"
     assert factor(found, "dofs") < 1.5

@@ -24,6 +24,12 @@ CHEAP = (
     *("patch_", "ssnv128", "wedge", "two_codes_plane_strain", "two_codes_plate", "order_ring"),
     *("flat_punch", "measured_disc", "measured_blocks", "hertz_line", "line_", "order_layer"),
 )
+# Gages at further angles in space, a model of 5 s each: `bench suite` runs them. One angle of each
+# grid is tested here, one along z, and all angles in plane strain.
+SUITE_ALONE = {
+    *("gages_0", "gages_45", "gages_90", "gages_along_z"),
+    *("gages_tee_0", "gages_tee_45", "gages_tee_90"),
+}
 SOUND = {
     "name": "one",
     "quantity": "force",
@@ -110,6 +116,7 @@ def test_the_loss_of_a_line_contact_is_the_area_of_its_loop():
     [
         name if name.startswith(CHEAP) else pytest.param(name, marks=pytest.mark.slow)
         for name in dict.fromkeys(case.name for case in CASES)
+        if name not in SUITE_ALONE
     ],
 )
 def test_a_case_is_met(name):

@@ -51,14 +51,12 @@ def test_seconds_of_records_are_added_under_the_commit(tmp_path, monkeypatch, ca
     assert measured([{"checks": checks[:1]}, checks[1:]]) == {"a model": 2.0, "an increment": 0.03}
     file, record = tmp_path / "speed.csv", tmp_path / "record.json"
     record.write_text(json.dumps(checks), "utf-8")
-    monkeypatch.setattr(history, "busy", lambda found: "")
     monkeypatch.setattr(history, "machine_rate", lambda: 50.0)
     write_history(file, line([1.0]))
     for _ in range(2):  # a commit that is measured again has its last values
-        assert history.main(file, [record]) == 1
+        assert history.main(file, [record], {"load_average": 0.5, "cores": 2}) == 1
     assert "a model: 100 % slower" in capsys.readouterr().out
     assert [each.seconds for each in read_history(file)] == [1.0, 2.0, 0.03]
     assert file.with_suffix(".png").stat().st_size > 1000
-    monkeypatch.setattr(history, "busy", lambda found: "busy machine")
-    assert history.main(file, [record]) == 2
+    assert history.main(file, [record], {"load_average": 2.5, "cores": 2}) == 2
     assert len(read_history(file)) == 3

@@ -70,7 +70,6 @@ class Run(Options):
     accuracy: float | None
     mesher: str | None
     go_on: bool
-    no_fields: bool
 
     def model(self) -> str:
         """The fidelity; an accuracy takes "auto". UsageError where another was given with one."""
@@ -86,14 +85,12 @@ class Run(Options):
             design = with_values(design, {"mesh.mesher": self.mesher})
         name = "" if self.scene_file is None else self.scene_file.stem
         tolerance = TOLERANCE if self.accuracy is None else self.accuracy
-        fields, go_on = not self.no_fields, self.go_on
         return Case(
             design,
             scene,
             self.model(),
             name,
-            fields=fields,
-            go_on=go_on,
+            go_on=self.go_on,
             tolerance=tolerance,
             mesh_error=True,
         )

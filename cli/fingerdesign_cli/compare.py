@@ -35,18 +35,16 @@ LIMITS = Limits(time_s=1800.0, memory_MB=8000.0)  # of one in 3-D: a minute, som
 
 @dataclass(frozen=True)
 class Files(Options):
-    """The files to write: the page, and tables where they are requested."""
+    """The files to write: the page, and a table where it is requested."""
 
     out: Path
     csv_file: Path | None
-    outcomes_file: Path | None
 
     def refuse_places(self, results: Sequence[Path]) -> None:
         """A usage error where a file cannot go: folders, what is read here, one place for two."""
         read = {path.resolve() for path in results}
         taken: set[Path] = set()
-        options = ("--out", "--csv", "--outcomes")
-        for option, given in zip(options, astuple(self), strict=True):
+        for option, given in zip(("--out", "--csv"), astuple(self), strict=True):
             if given is None:
                 continue
             if why := _why_not(option, given, read, taken):
@@ -58,7 +56,6 @@ def compare(
     results: tuple[Path, ...],
     files: Files,
     requested: tuple[str, ...],
-    name: str,
     complete: bool,
 ) -> int:
     """Compare the designs of every RESULT on one page that opens offline."""
@@ -71,15 +68,13 @@ def compare(
             return run_jobs(list(jobs), Store(), cluster, LIMITS, look)
 
         given = work if complete else None
-        found = read_comparison(results, _objectives(requested), name, given)
+        found = read_comparison(results, _objectives(requested), given)
     _refuse_unknown(found)
     outcomes, facts = found.outcomes, found.facts
     best = recommend(outcomes, facts.objectives, facts.constraints)
     texts = {files.out: compare_html(outcomes, facts)}
     if files.csv_file is not None:
         texts[files.csv_file] = designs_csv(outcomes)
-    if files.outcomes_file is not None:
-        texts[files.outcomes_file] = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text)

@@ -17,7 +17,7 @@ from fingerdesign.trials.findings import findings
 from fingerdesign.trials.grid import SEALED_SEED, ControlGrid, Perturbed, refuse
 from fingerdesign.trials.program import REFERENCE as PROGRAM
 from fingerdesign.trials.program import program
-from fingerdesign.trials.record import ControlStudy, Summary, TuningData
+from fingerdesign.trials.record import ControlStudy, TuningData
 from fingerdesign.trials.study import (
     FOLDER,
     StudyOptions,
@@ -26,6 +26,7 @@ from fingerdesign.trials.study import (
     run_study,
     write_study,
 )
+from fingerdesign.trials.summary import Summary
 from fingerdesign.trials.tables import NONE, at_noise
 from fingerdesign.trials.tuning import DESIGN_FILE, TuningSetting
 from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign

@@ -128,7 +128,7 @@ def edge_samples(curve: Any, number: int) -> tuple[Array, Array]:
     return places, slopes
 
 
-def middle(face: Any, area: float) -> Array:
+def middle(face: Any) -> Array:
     """The point of a face nearest to its centroid, (3,)."""
     found = GProp_GProps()
     BRepGProp.SurfaceProperties_s(face, found)

@@ -121,7 +121,7 @@ def read_body(
         low, high = low + shift, high + shift
     faces = [TopoDS.Face_s(face) for face in parts(solid, TopAbs_FACE)]
     found = [describe(face, name) for face in faces]
-    middles = np.array([middle(face, each.area) for face, each in zip(faces, found, strict=True)])
+    middles = np.array([middle(face) for face in faces])
     normals = np.array(
         [each.normal(where[None])[0] for each, where in zip(found, middles, strict=True)]
     )

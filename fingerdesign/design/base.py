@@ -93,7 +93,6 @@ def _as_tuple(value: Any) -> Any:
 _T = TypeVar("_T")
 _U = TypeVar("_U")
 Pair = Annotated[tuple[_T, _U], BeforeValidator(_as_tuple)]
-Row2 = Annotated[tuple[float, float], BeforeValidator(_as_tuple)]
 Row3 = Annotated[tuple[float, float, float], BeforeValidator(_as_tuple)]
 Many = Annotated[tuple[_T, ...], BeforeValidator(_as_tuple)]
 

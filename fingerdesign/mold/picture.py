@@ -4,7 +4,7 @@ casting notes puts in its place or takes away. They are drawn by render.py in an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -94,27 +94,36 @@ def step_parts(
     place, or takes away, is in its colour, on its way."""
     size = np.array(meshes.high) - np.array(meshes.low)
     alike = _by_name(meshes, aids)
+    return [_of_view(view, there, alike, size) for view, there in _already_there(views, set(alike))]
+
+
+def _already_there(views: Sequence[View], known: set[str]) -> Iterator[tuple[View, list[str]]]:
+    """Each view with the names of what is there before its step, without what the step moves."""
     there: list[str] = []
-    section, found = "", []
+    section = ""
     for view in views:
         if view.section == MAKING or view.section not in (section, *ON_BENCH):
             there = []
         section = view.section
         there = [name for name in there if name != "spacers" or view.up == "+z"]
-        names = [name for name in view.names if name in alike]
-        stays = [name for name in names if name in there]
-        there = [name for name in there if name not in names]
-        shown = tuple(
-            _in_view(mesh, name, view, size) for name in (*there, *names) for mesh in alike[name]
-        )
-        # What is laid on the bench first has nowhere to go but down.
-        above = camera_axes((0.0, 0.0, 1.0), view.up)[1]
-        found.append(tuple(e if there or above @ e.way < 0.0 else _still(e) for e in shown))
+        stays = [name for name in view.names if name in there]
+        there = [name for name in there if name not in view.names]
+        yield view, list(there)
         if view.verb == "put":
-            there += names
+            there += [name for name in view.names if name in known]
         elif view.verb == "move":
             there += stays
-    return found
+
+
+def _of_view(
+    view: View, there: Sequence[str], alike: Mapping[str, tuple[PartMesh, ...]], size: Array
+) -> tuple[Shown, ...]:
+    """Draw what is there and what the step moves. What is laid on the bench first has nowhere to
+    go but down."""
+    names = [*there, *(name for name in view.names if name in alike)]
+    shown = [_in_view(mesh, name, view, size) for name in names for mesh in alike[name]]
+    above = camera_axes((0.0, 0.0, 1.0), view.up)[1]
+    return tuple(each if there or above @ each.way < 0.0 else _still(each) for each in shown)
 
 
 def _still(thing: Shown) -> Shown:

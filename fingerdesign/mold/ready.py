@@ -52,7 +52,7 @@ def sensor_of(
     found, type_ = list(_gage(design, fit)), None
     if fit is not None:
         type_ = fit.found
-        found = [*_placed(design, placement), *found, *_led(design, type_, leads)]
+        found = [*_placed(placement), *found, *_led(design, type_, leads)]
     fix = list(dict.fromkeys(line for _, lines in found for line in lines))
     return {
         "ready": not found,
@@ -153,7 +153,7 @@ def placement_with_fixes(design: Design, plan: MoldPlan) -> dict[str, Any]:
     return found | {"fixes": []}
 
 
-def _placed(design: Design, placement: Mapping[str, Any] | None) -> Iterator[Reason]:
+def _placed(placement: Mapping[str, Any] | None) -> Iterator[Reason]:
     if placement is None or placement.get("reason") is not None:
         words = "what placement does to the gages is not known"
         yield (placement["sentences"][0] if placement else words), []

@@ -16,7 +16,8 @@ from fingerdesign.report import style
 from fingerdesign.report.page import caption_drawing
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.findings import percent, words
-from fingerdesign.trials.record import ControlData, ControllerData, Trial
+from fingerdesign.trials.record import ControlData, ControllerData
+from fingerdesign.trials.summary import Trial
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from fingerdesign.records.statistics import Share, Spread
 from fingerdesign.records.verdict import Status, Verdict
-from fingerdesign.trials.record import ControlData, ControllerData, NoiseSummary
+from fingerdesign.trials.record import ControlData, ControllerData
+from fingerdesign.trials.summary import NoiseSummary
 
 HELD_SHARE = 0.99  # The regulator is to hold this fraction of the grid.
 TUNED_THERE = "All have the parameters of the design’s [grip] table: they are tuned where that is."
@@ -112,14 +113,8 @@ def _paper(paper: NoiseSummary | None) -> Iterator[Finding]:
 def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[Finding]:
     """The regulator's share of held grips, and how tightly it holds."""
     held, aim = own.held, f"{100.0 * HELD_SHARE:g} %"
-    rate, low, high = rate_of(held), held.low or 0.0, held.high or 0.0
-    enough, axes = rate >= HELD_SHARE, data["conditions"]
-    if enough and low < HELD_SHARE:
-        certain = f"does not exclude less than {aim}"
-    elif not enough and high >= HELD_SHARE:
-        certain = f"does not exclude {aim}"
-    else:
-        certain = f"lies wholly {'above' if enough else 'below'} {aim}"
+    rate, axes = rate_of(held), data["conditions"]
+    enough = rate >= HELD_SHARE
     frictions = _axis(axes["friction_coefficients"], "friction")
     where = f"one each on {frictions} by {_axis(axes['object_masses_g'], 'weight', ' g')}"
     if own.fingers:
@@ -129,7 +124,7 @@ def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[F
         f"At {noise:g} microstrain, does the regulator lift {aim} of this grid without complete "
         "slip?",
         f"Measured: {held.count} of {held.of} grips ({percent(rate)}), {where}. The 95 % interval "
-        f"of such a count, {100.0 * low:.1f} to {percent(high)}, {certain}.",
+        f"of such a count, {_interval(held, aim)}.",
     )
     if own.margin_at_lift is None or own.peak_ratio is None:
         return
@@ -141,6 +136,18 @@ def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[F
         f"Median {margin.median:.2f}, middle half {margin.low:.2f} to {margin.high:.2f}; median "
         f"peak force {own.peak_ratio.median:.2f} times the least.",
     )
+
+
+def _interval(held: Share, aim: str) -> str:
+    """The ends of a share's interval, and what they say of the target."""
+    low, high, enough = held.low or 0.0, held.high or 0.0, rate_of(held) >= HELD_SHARE
+    if enough and low < HELD_SHARE:
+        certain = f"does not exclude less than {aim}"
+    elif not enough and high >= HELD_SHARE:
+        certain = f"does not exclude {aim}"
+    else:
+        certain = f"lies wholly {'above' if enough else 'below'} {aim}"
+    return f"{100.0 * low:.1f} to {percent(high)}, {certain}"
 
 
 def _axis(values: Sequence[float], name: str, unit: str = "") -> str:

@@ -24,7 +24,8 @@ from fingerdesign.records.statistics import Share, Spread, beta_binomial_share
 from fingerdesign.report import style
 from fingerdesign.trials.figures import look_of
 from fingerdesign.trials.grid import EVERY, NONE, ControlGrid, Perturbed
-from fingerdesign.trials.record import ControlStudy, Trial, summarise
+from fingerdesign.trials.record import ControlStudy
+from fingerdesign.trials.summary import Trial, summarise
 
 NAME, VERSION = "gripbench", 1
 DESIGN = "sensitive"

@@ -54,13 +54,13 @@ from fingerdesign.trials.record import (
     CSV_FILE,
     RECORD_FILE,
     ControlStudy,
-    Trial,
     TuningData,
     conditions_data,
     control_data,
     grips_csv,
 )
 from fingerdesign.trials.stored import FIELDS, KIND, Report, run_batches
+from fingerdesign.trials.summary import Trial
 from fingerdesign.trials.tuning import (
     DESIGN_FILE,
     TuningSetting,

@@ -7,12 +7,8 @@ from typing import Any
 
 from fingerdesign.records.statistics import Rms, Share, Spread
 from fingerdesign.report.table import Table
-from fingerdesign.trials.record import (
-    ControlData,
-    ControllerData,
-    NoiseSummary,
-    TuningData,
-)
+from fingerdesign.trials.record import ControlData, ControllerData, TuningData
+from fingerdesign.trials.summary import NoiseSummary
 
 NONE = "–"  # of a cell: nothing, or no grip has the value
 

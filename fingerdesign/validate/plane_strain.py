@@ -189,11 +189,8 @@ def plane_strain_error(
     depth, width = design.body.depth_mm / height, half_width / height
     place = (poisson, _span(design), depth, width)
     inside = chart.inside(*place)
-    gaged = design.plates.number and design.gages.grid == "axial"  # as the map's
-    errors = {
-        name: chart.error(name, *place) for name in chart.errors if gaged or "gage" not in name
-    }
-    errors = {name: value for name, value in errors.items() if math.isfinite(value)}
+    gaged = bool(design.plates.number) and design.gages.grid == "axial"  # as the map's
+    errors = _errors(chart, place, gaged)
     unsure = _uncertainty(chart, errors, 1.0 if inside else _OUTSIDE)
     notes = []
     if design.plates.number and not gaged:
@@ -211,6 +208,15 @@ def plane_strain_error(
         "half_width_over_height": width,
     }
     return PlaneStrainEstimate(errors, unsure, ratios, inside, tuple(notes))
+
+
+def _errors(
+    chart: PlaneStrainMap, place: tuple[float, float, float, float], gaged: bool
+) -> dict[str, float]:
+    """The errors that the map knows at a place; those of gages where the design's are the map's."""
+    names = [name for name in chart.errors if gaged or "gage" not in name]
+    errors = {name: chart.error(name, *place) for name in names}
+    return {name: value for name, value in errors.items() if math.isfinite(value)}
 
 
 def _with_own_gages(design: Design, values: dict[str, float]) -> dict[str, float]:

@@ -55,22 +55,15 @@ def test_small_loads_read_as_at_small_strain(design):
     assert any("finite strain" in reason for reason in finite.model.reasons)
 
 
-def test_newton_ends_quadratically(design, monkeypatch):
+def test_newton_ends_quadratically(design, calls_of, monkeypatch):
     """With a new tangent each time, residuals are squared until rounding."""
     monkeypatch.setattr(row_module, "_NEAR", 0.0)
-    residuals, solve = [], row_module.Follower.row
-
-    def recorded(self, past, target):
-        found = solve(self, past, target)
-        residuals.append(found.residuals)
-        return found
-
-    monkeypatch.setattr(row_module.Follower, "row", recorded)
+    rows = calls_of(row_module.Follower, "row")
     plain = with_values(design, {"plates.placement": None, "plates.count": 0})
     zone = Zone(3.0)
     finite_readings(plain, extrude(plain, zone, True), zone, scene_of([[0.2, 0.0], [0.2, 0.05]]))
-    for each in residuals:
-        steps = [pair for pair in pairwise(each) if 1e-6 < pair[0] < 0.1]
+    for _, row in rows:
+        steps = [pair for pair in pairwise(row.residuals) if 1e-6 < pair[0] < 0.1]
         assert steps
         for before, after in steps:
             assert after < 3.0 * before**2 + 1e-9

@@ -77,11 +77,10 @@ def test_a_later_request_ends_at_once(run, monkeypatch):
     assert ended[0] == 130
 
 
-def test_an_import_ends_before_the_interruption(run, monkeypatch, tmp_path, capsys):
+def test_an_import_ends_before_the_interruption(run, importable, tmp_path, capsys):
     (tmp_path / "loads.py").write_text(
         "import signal\nsignal.raise_signal(signal.SIGINT)\ndone = 1"
     )
-    monkeypatch.syspath_prepend(str(tmp_path))
 
     def load():
         print("loaded", importlib.import_module("loads").done)

@@ -141,14 +141,13 @@ def page(tmp_path):
     return tmp_path / "new" / "page.html"
 
 
-def test_page_csv_and_outcomes(outcomes, page, tmp_path, terminal):
-    csv, lines = tmp_path / "designs.csv", tmp_path / "all.jsonl"
-    requested = ["compare", outcomes, "--out", page, "--csv", csv, "--outcomes", lines]
+def test_page_and_csv(outcomes, page, tmp_path, terminal):
+    csv = tmp_path / "designs.csv"
+    requested = ["compare", outcomes, "--out", page, "--csv", csv]
     shown = terminal(*requested, "--objective", "stick_error", "--objective", "cost:min").out
     assert "recommended: any_" in shown
     assert "<title>study: fingers compared</title>" in page.read_text("utf-8")
     assert len(csv.read_text("utf-8").splitlines()) == 13
-    assert read_comparison([lines]).outcomes == MADE
     assert [path.name for path in page.parent.iterdir()] == ["page.html"]
     reported = json.loads(terminal("compare", outcomes, "--out", page, "--json", "--complete").out)
     assert reported["designs"] == 12
@@ -163,12 +162,12 @@ def test_page_csv_and_outcomes(outcomes, page, tmp_path, terminal):
         (["--objective", "stik"], "did you mean stick_error?"),
         (["nowhere"], "RESULT = nowhere"),
         (["--out", "page.txt"], "must end in .html"),
-        (["--csv", "a", "--outcomes", "a"], "must not be that of another option"),
+        (["--csv", "new/page.html"], "must not be that of another option"),
         # Nothing of the study is written over.
         (["--out", "study"], "choose another"),
         (["--out", "study/outcomes.jsonl"], "choose another"),
         (["--out", "study/outcomes.jsonl/x.html"], "choose another"),
-        *(([option, "pipe.html"], "a regular file") for option in ("--out", "--csv", "--outcomes")),
+        *(([option, "pipe.html"], "a regular file") for option in ("--out", "--csv")),
     ],
 )
 def test_wrong_input_of_a_comparison_is_named(outcomes, page, terminal, in_tmp_path, more, named):

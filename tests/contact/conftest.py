@@ -3,9 +3,17 @@
 import numpy as np
 import pytest
 
+from fingerdesign.contact import increment
 from fingerdesign.contact.problem import contact_problem
+from fingerdesign.contact.solver.tracking import Tracker
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import bump, reduced_model
+
+
+@pytest.fixture
+def numpy_alone(monkeypatch):
+    """Increments that no compiled code follows."""
+    monkeypatch.setattr(increment, "tracker_of", Tracker)
 
 
 @pytest.fixture(scope="session")

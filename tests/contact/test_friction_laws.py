@@ -5,7 +5,6 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from fingerdesign.contact import increment as stepping
 from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.friction import Coulomb
 from fingerdesign.contact.gross_slip import coefficient_under, forces_of_slip
@@ -15,7 +14,6 @@ from fingerdesign.contact.outcome import Answer, outcome
 from fingerdesign.contact.problem import ContactState, Motion, contact_problem
 from fingerdesign.contact.solver import kernel
 from fingerdesign.contact.solver.attempts import Task, solve_task
-from fingerdesign.contact.solver.tracking import Tracker
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.shapes.friction import STEEPEST, FrictionLaw
@@ -163,12 +161,6 @@ def test_the_attempts_by_coulombs_law_lead_to_an_answer(law, dim):
         assert result.converged
         solved += name == "coulomb, newton"
     assert solved == 10
-
-
-@pytest.fixture
-def numpy_alone(monkeypatch):
-    """Increments that no compiled code follows."""
-    monkeypatch.setattr(stepping, "tracker_of", Tracker)
 
 
 @pytest.mark.parametrize("shape", ["strip", "patch"])

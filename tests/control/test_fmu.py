@@ -14,6 +14,7 @@ from fingerdesign.control.fmi.pack import systems_of
 from fingerdesign.control.fmi.regulator import FILE, fmu
 from fingerdesign.runtime import native
 from tests.control.test_c_code import COMPILER, CROSS_TALK, GAGES, GRIP, estimator
+from tests.support.session import never_called
 from tests.support.singles import SingleRegulator
 from tests.support.units import Running
 
@@ -90,12 +91,11 @@ def test_without_a_compiler_a_unit_says_so(monkeypatch, tmp_path, terminal):
 
 
 @pytest.mark.parametrize("target", ["c", "fmu", "fmu-plant", "mjcf", "urdf"])
-def test_a_folder_of_others_is_refused_before_training(target, monkeypatch, tmp_path, terminal):
-    for name in ("_estimator_of", "grip_problem"):
-        monkeypatch.setattr(sensing, name, lambda *given: pytest.fail("work was begun"))
+def test_a_folder_of_others_is_refused_before_training(target, tmp_path, terminal):
     (tmp_path / "block").mkdir()
     (tmp_path / "block" / "mine.txt").touch()
-    printed = terminal("export", "block", "--to", target, "--out", tmp_path, code=2).err
+    with never_called(sensing, "_estimator_of", "grip_problem"):
+        printed = terminal("export", "block", "--to", target, "--out", tmp_path, code=2).err
     assert f"--out = {tmp_path}" in printed
     assert "choose another, for" in printed
 

@@ -267,14 +267,13 @@ def test_a_former_key_is_read_under_its_present_name_with_a_note():
     assert changed.grip.regulator.training_grips == 78
 
 
-def test_a_controllers_class_counts_by_the_content_of_its_file(tmp_path, monkeypatch):
+def test_a_controllers_class_counts_by_the_content_of_its_file(tmp_path, importable):
     """A changed class is another hand: no answer of the former one may be taken for its own."""
     file = tmp_path / "hand_of_a_digest.py"
     text = 'class Hand:\n    name = "mine"\n'
     text += "\n    def __init__(self, grip, own, held):\n        pass\n"
     text += "\n    def start(self, calibration, sample):\n        pass\n"
     file.write_text(f"{text}\n    def command(self, sample):\n        pass\n", "utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
     reference = f"{file.stem}:Hand"
     allow_code(reference)
     design = parse_design(f'{NAME}grip.controller = "{reference}"\n')

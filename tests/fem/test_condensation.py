@@ -1,5 +1,6 @@
 """The condensed model against the full one: compliance, readouts, balance, uniform pressure."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from fingerdesign.mesh.cells import facet_kind
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.runtime.isolate import call
+from tests.support.session import never_called
 
 DESIGN = parse_design(
     """
@@ -198,17 +200,19 @@ def test_slow_fallback_gives_the_same(monkeypatch):
     rows = gage_rows(mesh, plate_frames(DESIGN), DESIGN.gages, DESIGN.gage_weights)[:, free].tocsr()
     fast = Condensation(stiffness, rows)
     load = np.random.default_rng(0).normal(size=(stiffness.shape[0], 2))
-    monkeypatch.setattr(factor, "has_pardiso", lambda: False)
+    found = [False]
+    monkeypatch.setattr(factor, "has_pardiso", lambda: found[0])
     with pytest.warns(UserWarning, match="slower"):
         slow = Condensation(stiffness, rows)
     assert np.abs(fast.matrix - slow.matrix).max() < 1e-9 * np.abs(fast.matrix).max()
     difference = slow.solve(load) - fast.solve(load)
     assert np.abs(difference).max() < 1e-8 * np.abs(fast.solve(load)).max()
     unsound = (stiffness - sp.diags_array(0.5 * stiffness.diagonal())).tocsr()
-    for solver in (True, False):
-        monkeypatch.setattr(factor, "has_pardiso", lambda solver=solver: solver)
-        monkeypatch.setattr(factor.warnings, "warn", lambda *given, **named: None)
-        with pytest.raises(SolverError, match="not positive definite"):
+    for found[0] in (True, False):
+        with (
+            warnings.catch_warnings(action="ignore"),
+            pytest.raises(SolverError, match="not positive definite"),
+        ):
             Condensation(unsound, rows)
 
 
@@ -266,7 +270,7 @@ PARTS = tuple(zip(MODULI, ("body", "plates"), strict=True))
 
 
 def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(
-    monkeypatch, own_cache, tmp_path
+    calls_of, own_cache, tmp_path
 ):
     mesh = mesh_section(DESIGN, 1.5)
 
@@ -276,11 +280,7 @@ def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(
         return build_model(with_values(DESIGN, values), mesh, 1.5, POINT, store=store)
 
     built()
-    calls = []
-    assemble = body.assemble_system
-    monkeypatch.setattr(
-        body, "assemble_system", lambda *given: calls.append(given) or assemble(*given)
-    )
+    calls = calls_of(body, "assemble_system")
     kept, fresh = built((2.3, 2.3)), built((2.3, 2.3), store=False)
     assert len(calls) == 1  # the fresh one
     for name in ("compliance", "gage_readout", "point_readout", "reaction_readout"):
@@ -300,7 +300,7 @@ def test_a_body_is_condensed_once_whatever_its_moduli_are_multiplied_by(
 
 
 def test_fields_of_stored_loads_and_of_their_combinations_need_no_factors(
-    monkeypatch, own_cache, tmp_path
+    calls_of, own_cache, tmp_path
 ):
     """A field is linear in its load; one of another load is computed."""
     mesh = mesh_section(DESIGN, 1.5)
@@ -315,18 +315,13 @@ def test_fields_of_stored_loads_and_of_their_combinations_need_no_factors(
     scale = 1e-9 * np.abs(known).max()
     built().displacement_fields(forces[:2])
     again = built(3.0)
-    with monkeypatch.context() as without:
-        without.setattr(body, "assemble_system", None)
+    with never_called(body, "assemble_system"):
         again.condensed.prepare_fields(needed=True)
         np.testing.assert_allclose(again.displacement_fields(forces[:2]), known[:2], atol=scale)
         mixed = again.displacement_fields(forces[:1] - 2.0 * forces[1:2])
         np.testing.assert_allclose(mixed, known[:1] - 2.0 * known[1:2], atol=3.0 * scale)
     near = forces[:1] + 1e-9 * forces[2:]  # not made up of the stored ones
-    calls = []
-    solve = body.Condensation.solve
-    monkeypatch.setattr(
-        body.Condensation, "solve", lambda *given: calls.append(given) or solve(*given)
-    )
+    calls = calls_of(body.Condensation, "solve")
     for _ in range(2):
         found = again.displacement_fields(near)
         np.testing.assert_allclose(found, known[:1] + 1e-9 * known[2:], atol=scale)

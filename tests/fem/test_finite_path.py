@@ -148,19 +148,13 @@ def test_forces_given_lead_to_the_motion_that_gives_them(design, mesh, pressed):
     assert np.allclose(again.readings.gages, by_force.readings.gages, rtol=0, atol=1e-3)
 
 
-def test_a_row_too_long_is_cut_and_its_answer_is_no_other(design, mesh, monkeypatch):
+def test_a_row_too_long_is_cut_and_its_answer_is_no_other(design, mesh, calls_of, monkeypatch):
     """Without friction one row to far is what many rows lead to; the zone is the whole top."""
-    zone, shares, way = Zone(6.0), [], row_module._on_the_way
-
-    def sampled(past, target, share, facing):
-        shares.append(share)
-        return way(past, target, share, facing)
-
-    monkeypatch.setattr(row_module, "_on_the_way", sampled)
+    zone, steps = Zone(6.0), calls_of(row_module, "_on_the_way")
     monkeypatch.setattr(row_module, "_ITERATIONS", 4)
     scene = scene_of([[0.9, 0.0]], friction=0.0)
     at_once = finite_readings(design, mesh, zone, scene).readings
-    assert min(shares) < 1.0
+    assert min(share for (_, _, share, _), _ in steps) < 1.0
     rows = [[0.15 * k, 0.0] for k in range(1, 7)]
     in_steps = finite_readings(design, mesh, zone, scene_of(rows, friction=0.0)).readings
     assert at_once.normal_force[-1] == pytest.approx(in_steps.normal_force[-1], rel=1e-8)

@@ -301,11 +301,18 @@ def test_unfit_surfaces_are_named(cube):
         validate_surface(flat, triangles)
 
 
-def test_a_mesher_that_fails_is_an_error_and_its_input_kept(cube, field, tmp_path, monkeypatch):
+@pytest.fixture
+def own_temporary(monkeypatch, tmp_path):
+    """Temporary folders are made in the test's own."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+
+
+def test_a_mesher_that_fails_is_an_error_and_its_input_kept(
+    cube, field, tmp_path, own_temporary, children_find, monkeypatch
+):
     text = "def tetrahedralize(**given):\n    raise ValueError('bad mesh')\n"
     (tmp_path / "failing_mesher.py").write_text(text)
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    children_find(tmp_path)
     with pytest.raises(
         MeshError, match=r"did not finish in 0.05 s; its input is stored as .*in\.npz"
     ):
@@ -318,8 +325,7 @@ def test_a_mesher_that_fails_is_an_error_and_its_input_kept(cube, field, tmp_pat
         run_tetwild(*cube, field, Attempt(0.01), 30.0, 1000.0)
 
 
-def test_success_leaves_nothing_behind(cube, field, tmp_path, monkeypatch):
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+def test_success_leaves_nothing_behind(cube, field, tmp_path, own_temporary):
     points, tets = run_tetwild(*cube, field, Attempt(0.05, iterations=10), 60.0, 1000.0)
     assert len(tets) > 0
     assert tets.max() < len(points)

@@ -309,18 +309,12 @@ def test_the_gate_stands_clear_of_the_plates_and_away_from_the_first_vent(name):
     assert (gate.x - vent.x) ** 2 + (gate.z - vent.z) ** 2 > plan.half_width**2
 
 
-def test_remedies_take_a_fixed_number_of_plans(monkeypatch):
+def test_remedies_take_a_fixed_number_of_plans(calls_of):
     """A limit of plans, not of time: what is refused does not depend on it, nor on the machine."""
     design = shipped("both_ways", mold__process="machined", mold__plate_fixture="slots")
     with pytest.raises(MoldRefused) as refused:
         plan_mold(design)
-    plans = []
-
-    def counted(changed):
-        plans.append(changed)
-        return plan_mold(changed)
-
-    monkeypatch.setattr(remedies, "plan_mold", counted)
+    plans = calls_of(remedies, "plan_mold")
     found = remedies.remedied(design, refused.value)
     assert 0 < len(plans) <= remedies.PLANS
     assert [f.key for f in found.faults] == [f.key for f in refused.value.faults]

@@ -227,7 +227,7 @@ def test_a_file_system_without_locks_loses_no_work(tmp_path, monkeypatch):
     assert (tmp_path / "a" / "result.json").is_file()
 
 
-def test_a_notebook_takes_the_numbers_of_a_result(monkeypatch):
+def test_a_notebook_takes_the_numbers_of_a_result(monkeypatch, not_installed):
     gages = tuple(GageResult(k, 1.0, 1.0, 1.0, 0.0, 1.0 + k) for k in (0, 2))
     row = IncrementResult(0.1, 0.0, 6.0, 3.0, 2.0, None, 1, 2, 3, 0.2, 4, 0.0, gages)
     model, mesh = ModelSummary(2, "P2", 9, 5, False), MeshSummary("m", 3, 30.0, 0.0, None)
@@ -239,7 +239,7 @@ def test_a_notebook_takes_the_numbers_of_a_result(monkeypatch):
     assert arrays["gages"].tolist() == [[1.0, 3.0], [1.0, 3.0]]
     assert arrays["normal_force_N"].tolist() == [6.0, 6.0]
     assert np.isnan(arrays["stick_ratio"]).all()
-    monkeypatch.setitem(sys.modules, "pandas", None)  # as where it is not installed
+    not_installed("pandas")
     with pytest.raises(ImportError, match="pip install pandas"):
         found.to_dataframe()
     # pandas need not be there: what it is given stands for it.

@@ -22,7 +22,6 @@ WORLD = """
 </worldbody></mujoco>"""
 FREE = "<freejoint/>"
 BESIDE = '<joint type="slide" axis="1 0 0"/>'
-IN_PLANE = BESIDE + '<joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0 1 0"/>'
 
 
 def held(pads, crest_mm, closed_mm, mass, step, gravity=-9.81, joint=FREE, integrator="Euler"):

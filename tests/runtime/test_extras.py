@@ -1,7 +1,5 @@
 """A library of an extra that is not there: one line with the remedy, before any work."""
 
-import sys
-
 import pytest
 from fingerdesign_cli.main import main
 
@@ -29,10 +27,9 @@ def test_all_that_lacks_is_named_with_one_remedy():
     ],
 )
 def test_a_command_ends_with_the_remedy_at_once(
-    command, library, extra, monkeypatch, capsys, tmp_path
+    command, library, extra, not_installed, capsys, tmp_path, in_tmp_path
 ):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setitem(sys.modules, library, None)
+    not_installed(library)
     assert main(command) == 1
     wanted = f'failed: this needs {library}; get it by: pip install "fingerdesign[{extra}]"'
     assert capsys.readouterr().err.strip() == wanted

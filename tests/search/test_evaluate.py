@@ -27,7 +27,6 @@ from fingerdesign.records.result import (
     ModelSummary,
     Result,
 )
-from fingerdesign.search.run import evaluate as module
 from fingerdesign.search.run.evaluate import (
     Job,
     evaluate,
@@ -125,10 +124,9 @@ def test_the_digest_changes_with_the_design_and_with_what_is_requested(job, desi
         replace(job, fidelity="auto", tolerance=0.03),
     ]
     found = [each.digest() for each in requested]
-    monkeypatch.setattr(module, "METRICS_VERSION", -1)
-    found.append(job.digest())
-    monkeypatch.setattr("fingerdesign.analysis.case.__version__", "0.0.other")
-    found.append(job.digest())
+    for version in ("search.run.evaluate.METRICS_VERSION", "analysis.case.__version__"):
+        monkeypatch.setattr(f"fingerdesign.{version}", "0.0.other")
+        found.append(job.digest())
     assert len(set(found)) == len(found)
 
 

@@ -54,11 +54,9 @@ generating.generate(study, found, Path(sys.argv[2]), workers=3)
 
 
 @pytest.fixture
-def fake_cad(tmp_path, monkeypatch):
+def fake_cad(tmp_path, children_find, monkeypatch):
     (tmp_path / "fake_cad_worker.py").write_text(FAKE, "utf-8")
-    monkeypatch.setenv(
-        "PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    )
+    children_find(tmp_path)
     monkeypatch.setattr(generating, "BUILD", "fake_cad_worker:written")
     return monkeypatch
 
@@ -186,13 +184,16 @@ def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("fate", "reported"),
-    [("crashes", "SIGABRT"), ("hangs", "not done after 4 s"), ("fails", "share nothing")],
+    ("fate", "reported", "time_s"),
+    [("crashes", "SIGABRT", 60), ("hangs", "not done after 8 s", 8), ("fails", "nothing", 60)],
 )
-def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(tmp_path, fake_cad, fate, reported):
+def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(
+    tmp_path, fake_cad, fate, reported, time_s
+):
+    """Where one hangs the others have seconds: a busy machine takes four to start a process."""
     fake_cad.setenv("FAKE_CAD", fate)
     target = tmp_path / "few"
-    text = TEXT.replace(', "<b>x</b>"', "") + "[limits]\ntime_s = 4.0\n"
+    text = TEXT.replace(', "<b>x</b>"', "") + f"[limits]\ntime_s = {time_s}\n"
     found = made(target, text, workers=2)
     assert [each.failed for each in found] == [True, False, False]
     first, second = rows(target / "variants.csv")

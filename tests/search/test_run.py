@@ -26,12 +26,9 @@ def base():
 
 
 @pytest.fixture(autouse=True)
-def evaluators(monkeypatch, tmp_path):
+def evaluators(monkeypatch, children_find, tmp_path):
     """Children find the evaluators; what they evaluate stands in a file."""
-    path = os.pathsep.join(
-        [str(Path(__file__).parents[1] / "support"), os.environ.get("PYTHONPATH", "")]
-    )
-    monkeypatch.setenv("PYTHONPATH", path)
+    children_find(Path(__file__).parents[1] / "support")
     monkeypatch.setenv("EVALUATED", str(tmp_path / "evaluated"))
     return tmp_path / "evaluated"
 

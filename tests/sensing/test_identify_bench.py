@@ -37,6 +37,7 @@ from fingerdesign.sensing.identify.bench_report import write_measured
 from fingerdesign.sensing.train.result import finger_key
 from tests.sensing.conftest import FINGER
 from tests.support.pages import DOCS, blocks, run_python
+from tests.support.session import never_called
 
 HARDWARE = """
 [grip.hardware]
@@ -202,17 +203,18 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
 
 
 @pytest.mark.slow
-def test_sensitivities_are_cached_and_a_dead_gage_is_named(design, measured, monkeypatch):
+def test_sensitivities_are_cached_and_a_dead_gage_is_named(design, measured):
     phases = read_bench(measured, GAGES)
     x = [each.x for each in plate_frames(design)]
     fit_latents(Measured(design, phases, bench_curves(phases, np.array(x)), Noise(0.5, 0.005)))
-    monkeypatch.setattr(sensitivities, "_differences", None)  # they are not made again
     dead = []
     for each in phases:
         readings = each.points.readings.copy()
         readings[:, 1] = 0.0
         dead.append(replace(each, points=replace(each.points, readings=readings)))
-    fit = fit_latents(Measured(design, dead, bench_curves(dead, np.array(x)), Noise(0.5, 0.005)))
+    with never_called(sensitivities, "_differences"):
+        curves = bench_curves(dead, np.array(x))
+        fit = fit_latents(Measured(design, dead, curves, Noise(0.5, 0.005)))
     assert fit.dead == (2,)
     values, deviations = fit.of("gain")
     assert (values[1], deviations[1]) == pytest.approx((0.0, 0.03))

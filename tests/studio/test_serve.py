@@ -9,12 +9,14 @@ import sys
 from types import SimpleNamespace
 
 import pytest
+from fingerdesign_cli import studio
 from fingerdesign_cli.main import main
 
 from fingerdesign.studio.door import MOST_BYTES, message_fault, new_token, refusal
 from fingerdesign.studio.serve import serve
 from fingerdesign.studio.session import Session
 from tests.support.house import ROOT
+from tests.support.session import never_called
 from tests.support.studio import memory_MB, running
 
 WHY = "trame is missing: pip install 'fingerdesign[studio]'"
@@ -22,14 +24,6 @@ aiohttp, msgpack, yarl = (
     pytest.importorskip(name, reason=WHY) for name in ("aiohttp", "msgpack", "yarl")
 )
 TOKEN = "aB3-xY7_kQ9-mN2"
-
-
-def test_without_trame_one_line_names_the_install_command(monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "trame", None)
-    assert main(["studio", "homogeneous", "--no-open"]) == 1
-    assert capsys.readouterr().err.strip() == (
-        'failed: this needs trame; get it by: pip install "fingerdesign[studio]"'
-    )
 
 
 def test_the_library_is_not_loaded_before_it_is_needed():
@@ -239,9 +233,11 @@ def test_the_right_token_from_its_own_page_is_answered():
     assert refused(TOKEN) == refused(TOKEN, {"Origin": "http://127.0.0.1:8123"}) == ""
 
 
-def test_a_port_that_is_taken_is_refused_before_any_work(monkeypatch, capsys):
-    monkeypatch.setattr("fingerdesign_cli.studio.Session", None)
-    with socket.create_server(("127.0.0.1", 0)) as other:
+def test_a_port_that_is_taken_is_refused_before_any_work(capsys):
+    with (
+        never_called(studio, "Session"),
+        socket.create_server(("127.0.0.1", 0)) as other,
+    ):
         port = str(other.getsockname()[1])
         assert main(["studio", "homogeneous", "--no-open", "--port", port]) == 2
     assert "must be a port that is free" in capsys.readouterr().err

@@ -161,7 +161,7 @@ CASES: dict[str, tuple[str, ...]] = {
     ),
     "scenes": (
         "analyse narrow --out pull --scene pull --fidelity plane-strain",
-        "analyse finger.toml --out scene --scene scene.toml --fidelity plane-strain --no-fields",
+        "analyse finger.toml --out scene --scene scene.toml --fidelity plane-strain",
         "analyse finger.toml --out auto --scene scene.toml --fidelity auto --tolerance 0.2 --json",
     ),
     "solid": (

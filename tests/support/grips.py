@@ -7,7 +7,7 @@ import numpy as np
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.result import GripResult
 from fingerdesign.trials.grid import Cell
-from fingerdesign.trials.record import Trial
+from fingerdesign.trials.summary import Trial
 
 
 def grip(peak_ratio=1.4, **changes):

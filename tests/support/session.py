@@ -8,6 +8,7 @@ that takes five times as long (a section of 34k dofs: 4.5 s of processor time, 2
 import contextlib
 import os
 import signal
+import sys
 import tempfile
 
 import pytest
@@ -70,6 +71,58 @@ def full_disk(monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
+
+
+@pytest.fixture
+def not_installed(monkeypatch):
+    """``not_installed(library)``: importing it fails as where it is missing."""
+    return lambda library: monkeypatch.setitem(sys.modules, library, None)
+
+
+@pytest.fixture
+def children_find(monkeypatch):
+    """``children_find(folder)``: processes that are started import modules from it."""
+
+    def find(folder):
+        paths = [str(folder), os.environ.get("PYTHONPATH", "")]
+        monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
+
+    return find
+
+
+@pytest.fixture
+def importable(monkeypatch, tmp_path):
+    """Modules in the test's own folder can be imported."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+
+@pytest.fixture
+def calls_of(monkeypatch):
+    """``calls_of(owner, name)``: the list of (arguments, answer) of all calls from then on."""
+
+    def recorded(owner, name):
+        calls, function = [], getattr(owner, name)
+
+        def recording(*given, **named):
+            calls.append((given, None))
+            found = function(*given, **named)
+            calls[-1] = given, found
+            return found
+
+        monkeypatch.setattr(owner, name, recording)
+        return calls
+
+    return recorded
+
+
+@contextlib.contextmanager
+def never_called(owner, *names):
+    """Within the block a call of these fails the test: what they do was done before, or must not
+    be begun."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in names:
+            patch.setattr(owner, name, lambda *_, **__: pytest.fail("work was begun"))
+        yield
 
 
 @pytest.fixture

@@ -19,7 +19,8 @@ from fingerdesign.records.statistics import (
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.findings import findings
 from fingerdesign.trials.grid import Cell, ControlGrid
-from fingerdesign.trials.record import ControlStudy, control_data, summarise
+from fingerdesign.trials.record import ControlStudy, control_data
+from fingerdesign.trials.summary import summarise
 from tests.support.grips import grip, path_of, trial
 from tests.support.pages import run_python
 

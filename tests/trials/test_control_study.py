@@ -16,12 +16,14 @@ from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema
+from fingerdesign.records.statistics import share_of
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.train.result import finger_key
 from fingerdesign.trials.grid import Cell, ControlGrid, refuse, seed_of
-from fingerdesign.trials.record import COLUMNS, Trial, share_of, summarise, unannounced, unsure
+from fingerdesign.trials.record import COLUMNS
 from fingerdesign.trials.stored import KIND, key_of, run_batches, stored_grips
 from fingerdesign.trials.study import StudyOptions, run_study
+from fingerdesign.trials.summary import Trial, summarise, unannounced, unsure
 from tests.support.grips import grip
 from tests.trials.conftest import GRID
 

@@ -1,6 +1,5 @@
 """The Gymnasium environment: its checker, seeds, endings and rewards, what fails, the docs."""
 
-import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,8 +15,8 @@ from fingerdesign.trials.environment import STEP_COST, GripEnvironment
 from tests.support.pages import blocks, run_python
 
 
-def test_without_gymnasium_the_install_command_is_printed(monkeypatch, design, half_plane):
-    monkeypatch.setitem(sys.modules, "gymnasium", None)
+def test_without_gymnasium_the_install_command_is_printed(not_installed, design, half_plane):
+    not_installed("gymnasium")
     with pytest.raises(ImportError, match=r'pip install "fingerdesign\[gym\]"'):
         GripEnvironment(design, problem=half_plane)
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.trials import study
+from tests.support.session import never_called
 
 ROOT = Path(__file__).parents[2]
 parquet = pytest.importorskip("pyarrow.parquet", reason="pip install 'fingerdesign[lerobot]'")
@@ -146,13 +147,13 @@ def test_what_cannot_be_a_data_set_is_refused(tmp_path, terminal):
     assert not (tmp_path / "new").exists()
 
 
-def test_what_is_missing_or_not_whole_is_refused_before_meshing(monkeypatch, tmp_path, terminal):
+def test_what_is_missing_or_not_whole_is_refused_before_meshing(not_installed, tmp_path, terminal):
     text = (ROOT / "designs/film_tees.toml").read_text()
     (tmp_path / "slow.toml").write_text(f"{text}\n[grip.hardware]\nsample_rate_Hz = 250.5\n")
-    monkeypatch.setattr(study, "_grip_bench", lambda *given: pytest.fail("work was begun"))
     asked = ("study", tmp_path / "slow.toml", "--to", "lerobot", tmp_path / "new")
-    printed = terminal(*asked, code=2).err
-    assert "grip.hardware.sample_rate_Hz = 250.5: must be a whole number" in printed
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    assert 'pip install "fingerdesign[lerobot]"' in terminal(*asked, code=1).err
+    with never_called(study, "_grip_bench"):
+        printed = terminal(*asked, code=2).err
+        assert "grip.hardware.sample_rate_Hz = 250.5: must be a whole number" in printed
+        not_installed("pyarrow")
+        assert 'pip install "fingerdesign[lerobot]"' in terminal(*asked, code=1).err
     assert not (tmp_path / "new").exists()

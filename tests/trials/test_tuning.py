@@ -15,7 +15,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.records.base import json_schema
 from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.sensing.perturb.finger import perturb
+from fingerdesign.trials import bench as trials_bench
 from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, Perturbed
 from fingerdesign.trials.stored import KIND, stored_grips
 from fingerdesign.trials.study import StudyOptions, run_study
@@ -245,20 +245,13 @@ def test_a_real_tuning_improves_goes_on_and_has_other_noise_than_the_grid(bench,
     assert apart != bench.run_cell(noisy, Memory())
 
 
-def test_a_study_of_perturbed_fingers_tunes_on_others_with_its_faults(
-    coarse, tmp_path, monkeypatch
-):
-    seeds = []
-
-    def recorded(design, faults, seed):
-        seeds.append((tuple(faults), seed))
-        return perturb(design, faults, seed)
-
-    monkeypatch.setattr("fingerdesign.trials.bench.perturb", recorded)
+def test_a_study_of_perturbed_fingers_tunes_on_others_with_its_faults(coarse, tmp_path, calls_of):
+    drawn = calls_of(trials_bench, "perturb")
     grid = ControlGrid.of_perturbed(Perturbed(("gains", "tilt"), plants=1, lifts=2))
     found = run_study(coarse, ("fixed_ratio",), grid, tmp_path / "journal", TUNED)
     tuning = found.data["tuning"]
     assert (tuning["fingers"], len(tuning["cells"])) == (3, 5)
+    seeds = [(tuple(faults), seed) for (_, faults, seed), _ in drawn]
     judged = {(faults, grid.plant_seed(*faults, 0)) for faults in (("gains",), ("tilt",))}
     assert judged == set(seeds[-2:])
     assert {faults for faults, _ in seeds[:-2]} == {("gains",), ("tilt",)}

@@ -23,8 +23,6 @@ from fingerdesign_bench.plane_strain.rule import Rule, fitted
 from fingerdesign_bench.plane_strain.run import JOURNAL, run_study
 from fingerdesign_bench.plane_strain.table import table_of
 
-# Words, quantity, and the most that its errors may change on finer meshes.
-_FINER_TARGETS = (("F_n", "normal_force", 0.01), ("gages", "gage_face", 0.05))
 FINER = "finer"  # the one-off model that shows what the meshes leave
 # Known before (two codes; R = 20, nu = 0.49, approach 0.4, no plates): depth over height and a/H
 # of those fingers, and by how much plane strain overstates F_n.

@@ -115,9 +115,12 @@ def draw_history(path: Path, entries: Sequence[Entry]) -> Path:
     return save(figure, path)
 
 
-def main(file: Path, records: Sequence[Path]) -> int:
-    """Add the records' seconds under the present commit; print alarms. Returns the exit code."""
-    if warning := busy(machine()):
+def main(file: Path, records: Sequence[Path], on: dict[str, Any] | None = None) -> int:
+    """Add the records' seconds under the present commit; print alarms. Returns the exit code.
+
+    on: a record of the machine that they were measured on; None: this one, now.
+    """
+    if warning := busy(on or machine()):
         print(f"not written: {warning}")
         return 2
     head = ["git", "rev-parse", "HEAD"]

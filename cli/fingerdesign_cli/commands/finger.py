@@ -142,11 +142,6 @@ def mesh() -> None:
     help="In place of the design's mesh.mesher; sweep: prisms, of straight fingers.",
 )
 @go_on_option
-@click.option(
-    "--no-fields",
-    is_flag=True,
-    help="Recover no displacements: the .vtu file and the pictures show the mesh unmoved.",
-)
 @result_options
 @details_option
 @open_option
@@ -433,20 +428,12 @@ def optimise() -> None:
 )
 @click.option("--csv", "csv_file", metavar="FILE", type=FILE, help="Also a row a design as CSV.")
 @click.option(
-    "--outcomes",
-    "outcomes_file",
-    metavar="FILE",
-    type=FILE,
-    help="Also all outcomes, a line of JSON each.",
-)
-@click.option(
     "--objective",
     "requested",
     metavar="METRIC[:min|max]",
     multiple=True,
     help="The aim of a finger, instead of the study's own; may be given again.",
 )
-@click.option("--name", default="", help="To head the page; without it that of the study.")
 @click.option(
     "--complete",
     is_flag=True,

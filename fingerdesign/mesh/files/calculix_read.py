@@ -154,14 +154,21 @@ class _Deck:
         for name, members in self.surfaces.items():
             chosen = [(row_of[n], face) for n, face in members if n in row_of]
             found[name] = np.array([rows[row, list(faces[face])] for row, face in chosen])
-        for name, numbers in self.sets["ELSET"].items():
-            every = [self.elements.get(n, []) for n in numbers]
-            own = [nodes[:dimension] for nodes in every if flat and len(nodes) == flat]
-            if own and name not in found:
-                found[name] = np.array([[order[n] for n in nodes] for nodes in own])
+        for name, own in self._flat_sets(flat).items():
+            if name not in found:
+                found[name] = np.array([[order[n] for n in nodes[:dimension]] for nodes in own])
         outer = boundary_facets(rows[:, : dimension + 1])
         for name, numbers in self.sets["NSET"].items():
             if name not in found and name != "nall":
                 inside = [order[n] for n in numbers]
                 found[name] = outer[np.isin(outer, inside).all(axis=1)]
         return {name: facets for name, facets in found.items() if len(facets)}
+
+    def _flat_sets(self, width: int) -> dict[str, list[list[int]]]:
+        """The surface elements of ``width`` nodes in each element set that has any; 0: none."""
+        every = {n: nodes for n, nodes in self.elements.items() if width and len(nodes) == width}
+        found = {}
+        for name, numbers in self.sets["ELSET"].items():
+            if own := [every[n] for n in numbers if n in every]:
+                found[name] = own
+        return found

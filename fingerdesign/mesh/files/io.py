@@ -123,27 +123,34 @@ def read_named(path: Path | str) -> NamedMesh:
     found = _read_meshio(path)
     kind, cell_type, facet_types = _types(path, {block.type for block in found.cells})
     cells, names = list[IntArray](), list[Any]()
-    facets: dict[str, list[IntArray]] = {}
     for number, block in enumerate(found.cells):
-        rows = np.asarray(block.data, dtype=np.int64)
-        if block.type == cell_type and len(rows):
+        if block.type == cell_type and len(block.data):
+            rows = np.asarray(block.data, dtype=np.int64)
             own = _names(found, number, kind.dimension, _region_names)
             cells.append(tetrahedra_of(rows) if kind is PRISM else rows)
             names.append(np.repeat(own, len(cells[-1]) // len(rows)))
-        elif block.type in facet_types and len(rows):
+    if not cells:
+        raise MeshError(f"{path} holds no {cell_type} cells")
+    facets = _facets(found, kind, facet_types)
+    points = np.asarray(found.points, dtype=float)[:, : kind.dimension]
+    used = np.concatenate([rows.ravel() for rows in (*cells, *facets.values())])
+    if used.min() < 0 or used.max() >= len(points):
+        raise MeshError(f"{path} has cells with nodes that it does not hold")
+    return NamedMesh(points, np.vstack(cells), np.concatenate(names).astype(str), facets)
+
+
+def _facets(found: Any, kind: CellKind, types: tuple[str, ...]) -> dict[str, IntArray]:
+    """The named facets (f, dimension) of a meshio mesh, of these of its types; squares are cut."""
+    facets: dict[str, list[IntArray]] = {}
+    for number, block in enumerate(found.cells):
+        if block.type in types and len(block.data):
+            rows = np.asarray(block.data, dtype=np.int64)
             own = _names(found, number, kind.dimension - 1, _facet_names)
             if block.type == SQUARE.quadratic:
                 rows, own = triangles_of(rows), np.repeat(own, 2)
             for name in np.unique(own[own != ""]).tolist():
                 facets.setdefault(name, []).append(rows[own == name, : kind.dimension])
-    if not cells:
-        raise MeshError(f"{path} holds no {cell_type} cells")
-    points = np.asarray(found.points, dtype=float)[:, : kind.dimension]
-    every = [*cells, *(rows for parts in facets.values() for rows in parts)]
-    if min(rows.min() for rows in every) < 0 or max(rows.max() for rows in every) >= len(points):
-        raise MeshError(f"{path} has cells with nodes that it does not hold")
-    merged = {name: np.vstack(rows) for name, rows in facets.items()}
-    return NamedMesh(points, np.vstack(cells), np.concatenate(names).astype(str), merged)
+    return {name: np.vstack(rows) for name, rows in facets.items()}
 
 
 def _read_meshio(path: Path) -> Any:

@@ -136,7 +136,7 @@ def extrude(
     inner = inner_of(design, zone, coarser)
     section = mesh_section(design, zone.half_width, flat_sizes, frames, inner)
     parts = _reaches(design, frames)
-    drawn, drawn_regions = _drawn(section, sheets, parts)
+    drawn, drawn_regions = _drawn(section, sheets)
     flat, triangles = quadratic(section.points, oriented(section.points, drawn))
     heights = _heights(design, list(parts.values()), coarser)
     if mirrors_in_z(design) and not symmetric:
@@ -195,9 +195,7 @@ def _heights(design: Design, reaches: list[tuple[float, float]], coarser: float)
     return heights
 
 
-def _drawn(
-    section: Mesh, sheets: tuple[PlateFrame, ...], parts: dict[int, tuple[float, float]]
-) -> tuple[IntArray, IntArray]:
+def _drawn(section: Mesh, sheets: tuple[PlateFrame, ...]) -> tuple[IntArray, IntArray]:
     """All triangles (t, 3) that some layer has, and their regions: slots are filled as plates."""
     cells, regions = [section.corners], [section.regions]
     for frame in sheets:

@@ -87,16 +87,23 @@ def half_of(outline: Outline) -> Outline:
         elif max(a, b) > 0:
             at = half.point(0.0, _crossed(outline, points))
             ends = (copied(start), at) if a > 0 else (at, copied(end))
-            if len(points) == 2:
-                half.curve(list(ends), left, right, size)
-            else:
-                whole = _whole_edges(half, ends, size)
-                half.arc(ends, _centre(outline, points), left, right, whole)
+            centre = None if len(points) == 2 else _centre(outline, points)
+            _add_part(half, ends, centre, (left, right), size)
             above[at] = left if b > 0 else right
     _close(half, above, SectionSize(outline))
-    used = {domain for _, left, right, _ in half.curves for domain in (left, right)}
+    used = {domain for _, *sides, _ in half.curves for domain in sides}
     half.domains = [(domain, size) for domain, size in outline.domains if domain in used]
     return half
+
+
+def _add_part(
+    half: Outline, ends: tuple[int, int], centre: Array | None, sides: tuple[int, int], size: float
+) -> None:
+    """Add the part of a curve that lies in the half: a line, or an arc around ``centre``."""
+    if centre is None:
+        half.curve(list(ends), *sides, size)
+    else:
+        half.arc(ends, centre, *sides, _whole_edges(half, ends, size))
 
 
 def _side(outline: Outline, number: int) -> int:

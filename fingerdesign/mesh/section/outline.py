@@ -3,6 +3,7 @@
 The body's own outline (layout/profile.py) and its core; section.py adds the plates.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -102,18 +103,25 @@ def body_outline(
     pieces = [piece for piece in profile.pieces if piece.length > _LEAST_LENGTH]
     for reach, size in zip(contact.reaches, contact.sizes, strict=True):
         pieces = [part for piece in pieces for part in _cut(piece, reach, size)]
-    ends = [numbers[half, side]]
-    ends += [outline.point(*piece.start) for piece in pieces[::-1]]
-    for pair, piece in zip(pairwise(ends), pieces[::-1], strict=True):
+    _add_top(outline, pieces, (numbers[half, side], numbers[-half, side]), contact)
+    return outline
+
+
+def _add_top(
+    outline: Outline, pieces: Sequence[Piece], ends: tuple[int, int], contact: ContactSizes
+) -> None:
+    """The top from its right end over the crest to its left end; pieces: of the right half, from
+    the crest outward."""
+    right = [ends[0], *(outline.point(*piece.start) for piece in pieces[::-1])]
+    for pair, piece in zip(pairwise(right), pieces[::-1], strict=True):
         _add_piece(outline, pair, piece, 1.0, contact)
-    start = ends[-1]
+    start = right[-1]
     for number, piece in enumerate(pieces):
         last = number == len(pieces) - 1
         x, y = piece.end
-        end = numbers[-half, side] if last else outline.point(-x, y)
+        end = ends[1] if last else outline.point(-x, y)
         _add_piece(outline, (start, end), piece, -1.0, contact)
         start = end
-    return outline
 
 
 def _left_side(half: float, side: float, core: CoreBox | None) -> list[tuple[float, float]]:

@@ -31,8 +31,8 @@ from fingerdesign.mesh.types import Mesh, core_name
 NONE = np.zeros((0, 3), dtype=np.int64)
 
 
-def fill_slots(slots: Slots, frames: tuple[PlateFrame, ...]) -> tuple[IntArray, IntArray]:
-    """Tetrahedra (t, 4) and regions (t,) of the whole mesh, its slots filled as plates.
+def fill_slots(slots: Slots, frames: tuple[PlateFrame, ...]) -> Slots:
+    """The whole mesh, its slots filled as plates: no facet of a slot is left.
 
     fTetWild resolves a plate's thickness with whatever tetrahedra its envelope allows, and what
     strains a gage comes out 10 % off. A slot's faces pair node by node, so the plate between them
@@ -46,7 +46,7 @@ def fill_slots(slots: Slots, frames: tuple[PlateFrame, ...]) -> tuple[IntArray, 
         lower = slots.facets[f"plate_{frame.index}_lower"]
         tets.append(oriented(slots.points, split_prisms(upper, lower)))
         regions.append(np.full(len(tets[-1]), frame.index + 1, dtype=slots.regions.dtype))
-    return np.vstack(tets), np.concatenate(regions)
+    return replace(slots, tets=np.vstack(tets), regions=np.concatenate(regions), facets={})
 
 
 def finish(
@@ -84,27 +84,24 @@ def finish(
     on_carriers = found.on_carriers(len(points), carriers)
     points = snap_to_carriers(points, on_carriers, carriers)
     points = improve(points, tets, on_carriers, carriers)
-    slots: dict[str, IntArray] = {}
+    linear = Slots(points, tets, regions, {}, np.arange(len(points)))
     if way.cut:
         # Carriers become elastomer, cut open at the mid-surfaces; filled with solid plates, or not.
         frames = plate_frames(design)
-        made_open = open_slots(points, tets, regions, frames)
-        points, tets, regions = made_open.points, made_open.tets, made_open.regions
+        linear = open_slots(points, tets, regions, frames)
         if way.filled:
-            tets, regions = fill_slots(made_open, frames)
-        else:
-            slots = made_open.facets
+            linear = fill_slots(linear, frames)
         carriers = carriers_of(design, frames if way.filled else (), symmetric)
-        slot_facets = np.vstack([NONE, *slots.values()])
-        found = carried_facets(points, tets, regions, carriers, slot_facets)
-    volumes = cell_volumes(points, tets)
+        slot_facets = np.vstack([NONE, *linear.facets.values()])
+        found = carried_facets(linear.points, linear.tets, linear.regions, carriers, slot_facets)
+    volumes = cell_volumes(linear.points, linear.tets)
     if volumes.min() <= 0.0:
         raise MeshError(
             f"snapping to the CAD faces inverted {int((volumes <= 0).sum())} tetrahedra"
         )
-    names = boundary_names(points, found.corners, found.carrier, carriers)
+    names = boundary_names(linear.points, found.corners, found.carrier, carriers)
     found = replace(found, name=names)
-    return _quadratic(design, way, points, tets, regions, carriers, found, slots, symmetric)
+    return _quadratic(design, way, linear, carriers, found, symmetric)
 
 
 def _inside(
@@ -122,15 +119,12 @@ def _inside(
 def _quadratic(
     design: Design,
     way: PlateWay,
-    points: Array,
-    tets: IntArray,
-    regions: IntArray,
+    linear: Slots,
     carriers: Carriers,
     found: BoundaryFacets,
-    slots: dict[str, IntArray],
     symmetric: bool,
 ) -> Mesh:
-    nodes, cells = quadratic(points, tets)
+    nodes, cells = quadratic(linear.points, linear.tets)
     whole = with_mid_nodes(cells, found.corners)
     outer, names = whole[found.outside], found.name[found.outside]
     facets = {str(name): outer[names == name] for name in np.unique(names)}
@@ -140,11 +134,11 @@ def _quadratic(
             raise MeshError(f"no facet of the mesh lies on the body's {name!r} face")
     nodes, straightened = curve_facets(nodes, cells, carriers, whole, found.carrier)
     on_contact = np.isin(straightened, facets["contact"])
-    facets |= {name: with_mid_nodes(cells, rows, name) for name, rows in slots.items()}
+    facets |= {name: with_mid_nodes(cells, rows, name) for name, rows in linear.facets.items()}
     notes: dict[str, float | int | str] = {
         "straightened_contact_nodes": int(on_contact.sum()),
         "straightened_nodes": len(straightened),
         "plates": way.name,
     }
     core = core_name(design)
-    return Mesh(nodes, cells, regions, facets, "tetwild", symmetric, notes, core)
+    return Mesh(nodes, cells, linear.regions, facets, "tetwild", symmetric, notes, core)

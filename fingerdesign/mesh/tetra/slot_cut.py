@@ -95,10 +95,8 @@ def plan_cut(
     outer (o, 3): facets of the mesh's outside; taken (n,): nodes on mid-surfaces, which a strip
     must not touch. MeshError where a rim edge or node leaves no way.
     """
-    normal, across = frame.direction(frame.normal), np.zeros(3)
-    across[2 if frame.along == "x" else 0] = 1.0
-    edges = np.sort(sheet[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    edges, uses = np.unique(edges, axis=0, return_counts=True)
+    normal = frame.direction(frame.normal)
+    edges, uses = np.unique(_edges(sheet), axis=0, return_counts=True)
     rim = edges[uses == 1]
     both = np.sort(np.vstack([outer, sheet]), axis=1)
     if len(np.unique(both, axis=0)) < len(both):
@@ -106,10 +104,7 @@ def plan_cut(
             f"the mid-surface of plate {frame.index} lies on the outside of what is meshed (a "
             "symmetry plane?): as a sheet it would be cut in its own plane"
         )
-    outside = {
-        (int(a), int(b)) for a, b in np.sort(outer[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    }
-    wing_at: dict[tuple[int, int], int] = {}
+    outside = {(int(a), int(b)) for a, b in _edges(outer)}
     ends_at: dict[int, list[int]] = {}
     wings: list[Triple] = []
     middle = points[np.unique(sheet)].mean(axis=0)
@@ -117,7 +112,6 @@ def plan_cut(
         if (a, b) in outside:
             continue
         far = _wing(points, stars, (a, b), normal, middle, taken, frame)
-        wing_at[(a, b)] = far
         ends_at.setdefault(a, []).append(far)
         ends_at.setdefault(b, []).append(far)
         wings.append((a, b, far))
@@ -127,16 +121,24 @@ def plan_cut(
     for node, ends in ends_at.items():
         if len(ends) > 2:
             raise MeshError(f"plate {frame.index}'s mid-surface touches itself in a node")
-        goals = {ends[1]} if len(ends) == 2 else set()
-        if len(ends) == 1:
-            near = np.unique(outer[(outer == node).any(axis=1)])  # along the body's outside
-            goals = {int(n) for n in near if n != node and not taken[n]}
+        goals = {ends[1]} if len(ends) == 2 else _next_to(outer, node, taken)
         fan = sheet[(sheet == node).any(axis=1)]
         path = _path(points, stars, node, fan, ends[0], goals, normal, taken)
         if path is None:
             raise MeshError(f"no facets lead on around the rim of plate {frame.index}")
         flaps += [(node, x, y) for x, y in pairwise(path)]
     return Cut(sheet, _as_facets(wings), _as_facets(flaps))
+
+
+def _edges(facets: IntArray) -> IntArray:
+    """Edges (3f, 2) of facets (f, 3), the lower node first."""
+    return np.asarray(np.sort(facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1))
+
+
+def _next_to(outer: IntArray, node: int, taken: BoolArray) -> set[int]:
+    """Free nodes next to a node along the body's outside."""
+    near = np.unique(outer[(outer == node).any(axis=1)])
+    return {int(n) for n in near if n != node and not taken[n]}
 
 
 def _as_facets(found: list[Triple]) -> IntArray:

@@ -38,6 +38,7 @@ LENGTHS_MM = (
 SPARE = 0.2  # of the plates
 # What is used up, and what a workshop has.
 BENCH = Path(__file__).parents[1] / "templates" / "bench.csv"
+_STEEL = "bought", "steel"
 WIRE_MM = 200.0  # of thin wire a gage lead, to where it can be handled
 
 
@@ -274,34 +275,38 @@ def bolt_words(bolt: Bolt) -> str:
 
 def hardware(plan: MoldPlan) -> Iterator[Item]:
     """Bolts with nuts and washers, dowels, core pins, core screws, what fastens the mount."""
-    bolts = Counter((b.size, bolt_length(b), round(b.high - b.low, 2)) for b in plan.bolts)
-    sizes = Counter(bolt.size for bolt in plan.bolts)
-    rods = Counter(bolt.size for bolt in plan.bolts if bolt_length(bolt) is None)
+    yield from _bolts(plan.bolts)
     dowels = _alike((pin.diameter, pin.length) for pin in plan.pins if pin.dowel)
     pins = _alike((pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins)
     screws = _alike((hole.diameter,) for hole in plan.base_holes if hole.kind == "screw")
-    steel = "bought", "steel"
-    for (size, length, grip), count in sorted(bolts.items(), key=str):
-        words = f"{size} x {length}" if length else size
-        words = f"{words}, clamps {grip:g} mm"
-        yield Item("bolt" if length else "threaded rod", count, *steel, words)
-    for size, count in sorted(sizes.items()):
-        yield Item("nut", count + rods[size], *steel, size)
-        yield Item("washer", 2 * count, *steel, size)
     for (wide, long), count in dowels:
-        yield Item("dowel pin", count, *steel, f"{wide:g} mm x {long:g} mm")
+        yield Item("dowel pin", count, *_STEEL, f"{wide:g} mm x {long:g} mm")
     for (wide, long), count in pins:
         size = f"{wide:g} mm, {long:g} mm or longer"
         yield Item("core pin", count, "bought", "steel rod or drill shank", size)
     for (wide,), count in screws:
-        yield Item("core screw", count, *steel, f"for a {wide:g} mm hole, {plan.base:g} mm plate")
+        yield Item("core screw", count, *_STEEL, f"for a {wide:g} mm hole, {plan.base:g} mm plate")
     if plan.groove is not None:
-        yield Item("receiver screw", 1, *steel, "M3 x 8, against the base plate")
+        yield Item("receiver screw", 1, *_STEEL, "M3 x 8, against the base plate")
         if plan.design.mold.mount == "iso9409":
-            yield Item("hand screw", 4, *steel, "M6 x 16")
+            yield Item("hand screw", 4, *_STEEL, "M6 x 16")
         else:
             yield Item("threaded insert", 2, "bought", "brass, set hot or glued in", "M3, 5 mm")
-            yield Item("hand screw", 2, *steel, "M3, by your hand")
+            yield Item("hand screw", 2, *_STEEL, "M3, by your hand")
+
+
+def _bolts(bolts: Sequence[Bolt]) -> Iterator[Item]:
+    """Bolts or rods by size, length and what they clamp; then their nuts and washers."""
+    lengths = Counter((b.size, bolt_length(b), round(b.high - b.low, 2)) for b in bolts)
+    sizes = Counter(bolt.size for bolt in bolts)
+    rods = Counter(bolt.size for bolt in bolts if bolt_length(bolt) is None)
+    for (size, length, grip), count in sorted(lengths.items(), key=str):
+        words = f"{size} x {length}" if length else size
+        words = f"{words}, clamps {grip:g} mm"
+        yield Item("bolt" if length else "threaded rod", count, *_STEEL, words)
+    for size, count in sorted(sizes.items()):
+        yield Item("nut", count + rods[size], *_STEEL, size)
+        yield Item("washer", 2 * count, *_STEEL, size)
 
 
 def _alike(sizes: Iterable[tuple[float, ...]]) -> list[tuple[tuple[float, ...], int]]:

@@ -1,39 +1,28 @@
 """Outcomes to compare, read from wherever they are: studies, lists of outcomes, analyses."""
 
-import csv
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.analysis.answers import read_arrays
-from fingerdesign.design.keys import leaves, parts_of
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.layout.rows import plate_frames
-from fingerdesign.records.arrays import ContactHistory
-from fingerdesign.records.base import ResultError
 from fingerdesign.records.outcome import (
-    Failure,
-    Numbers,
     Outcome,
     OutcomeError,
-    Traces,
     Validity,
-    bounded,
     refuse_endless,
 )
-from fingerdesign.records.result import GripResult, Result
+from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULT_FILE, read_result
 from fingerdesign.runtime.columns import ColumnError
 from fingerdesign.runtime.files import whole_text
+from fingerdesign.search.compare.from_result import SCENE, outcome_of_result, tables_of
 from fingerdesign.search.compare.large import COLUMNS_FILE, best_of
 from fingerdesign.search.compare.recommend import (
     Bound,
@@ -43,134 +32,14 @@ from fingerdesign.search.compare.recommend import (
     requested,
     usual_objectives,
 )
+from fingerdesign.search.compare.varied import with_varied
 from fingerdesign.search.run.evaluate import Job
-from fingerdesign.search.run.measured import grip_metrics, grip_outcome, metrics_of, traces_of
 from fingerdesign.search.study.file import Cost
-from fingerdesign.search.study.values import is_number
 
-_SCENE = "scene."
-_FINGER = ("body.", "plates.", "gages.", "materials.")
-_NO_VALUES = (".content", ".source")  # of a file, of a material: in words elsewhere
-_WRONG = (ValueError, TypeError, AttributeError)
 Work = Callable[[Sequence[Job]], Sequence[Outcome]]
 OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
 _MOST_LINE = 10_000_000  # characters: an outcome with its traces takes a hundredth of that
 DIGITS = 8  # of a digest, where nothing else tells designs apart
-
-
-def outcome_of_result(folder: Path) -> Outcome:
-    """The outcome of a result folder: metrics of its grips and of its path's end.
-
-    The contact map is that of the folder's arrays, where it holds them. Metrics that ask for the
-    model (the gage error of the stick ratio) or for prices are left out: see
-    :func:`read_comparison`. Raises DesignError for what is no result.
-    """
-    try:
-        result = read_result(folder)
-    except ResultError as error:
-        fault = Fault("RESULT", folder, "a result that can be read", str(error))
-        raise DesignError([fault]) from error
-    try:
-        found = _outcome_of(result, folder)
-        Outcome.from_json(found.to_json())  # nor numbers that no page could bear
-        return found
-    except DesignError:
-        raise
-    except (OutcomeError, ArithmeticError, LookupError, RecursionError, *_WRONG) as error:
-        why = f"{type(error).__name__}: {error}"[:200]
-        bound = "a result whose numbers can be compared"
-        raise DesignError([Fault("RESULT", folder, bound, f"{why}; run analyse again")]) from error
-
-
-def _outcome_of(result: Result, folder: Path) -> Outcome:
-    failed = result.status == "failed"
-    data, traces, metrics = _design(result), Traces(), dict[str, float | None]()
-    try:
-        design = None if failed else Design.model_validate(data)
-    except (ValidationError, DesignError):  # of a version that this one cannot place gages of
-        design = None
-    if result.increments and design is not None:
-        plates = plate_frames(design)
-        traces = traces_of(Analysis(result, plates=plates, contact=_contact(result, folder)))
-        path = Analysis(replace(result, grips=(), slip_studies=()), plates=plates)
-        metrics = metrics_of(design, Cost(), path)
-        del metrics["cost"]  # no prices were given
-    ladder, validity = result.ladder, Validity()
-    if ladder is not None:
-        worst = max(ladder.error_estimates.values(), default=None)
-        sentences = (ladder.why_ended,) if ladder.why_ended else ()
-        validity = Validity(mesh_error=worst, sentences=sentences)
-    return Outcome(
-        digest=result.digest,
-        name=result.design,
-        values={},
-        design=data,
-        scene=result.scene,
-        fidelity=result.fidelity,
-        status=result.status,
-        failure=Failure("failed", result.failure or "") if failed else None,
-        metrics={} if failed else metrics | grip_metrics(result.grips),
-        traces=traces,
-        grips=tuple(grip_outcome(grip, *_path(grip, folder)) for grip in result.grips),
-        validity=validity,
-        warnings=result.warnings,
-        versions=result.versions,
-        seeds=result.seeds,
-        seconds=sum(result.timings_s.values()),
-        peak_memory_MB=result.peak_memory_MB,
-    )
-
-
-def _contact(result: Result, folder: Path) -> ContactHistory | None:
-    """The contact map of the folder's arrays; None where it holds none, or another one's."""
-    try:
-        found = read_arrays(folder).get("contact")
-    except ResultError:  # of another version: the comparison goes on without
-        return None
-    fits = isinstance(found, ContactHistory) and len(found.status) == len(result.increments)
-    return found if fits else None
-
-
-def _design(result: Result) -> dict[str, Any]:
-    """The design's tables from the dotted keys of the record."""
-    keys = {k: v for k, v in result.parameters.items() if not k.startswith(_SCENE)}
-    design = _tables(keys)
-    if result.assumed:
-        design["assumed"] = list(result.assumed)
-    return design
-
-
-def _tables(parameters: dict[str, Any]) -> dict[str, Any]:
-    """Dotted keys as tables, those without a value left out."""
-    found: dict[str, Any] = {}
-    for key, value in parameters.items():
-        if value is None:
-            continue
-        *tables, last = key.split(".")
-        place = found
-        for table in tables:
-            place = place.setdefault(table, {})
-        place[last] = value
-    return found
-
-
-def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
-    """Forces of a grip from its grip_*.csv; none where the folder has no such file."""
-    parts = f"{grip.controller}_mu{grip.friction_coefficient:g}_{grip.object_mass_g:g}g"
-    stem = "grip_" + "".join(c if c.isalnum() or c in "-_." else "_" for c in parts)
-    path = folder / f"{stem}.csv"
-    if not path.is_file():
-        return (), ()
-    keys = ("normal_force_N", "tangential_force_N")
-    try:
-        lines = whole_text(path).splitlines()
-        rows = [tuple(float(row[key]) for key in keys) for row in csv.DictReader(lines)]
-        if not all(map(bounded, chain.from_iterable(rows))):
-            raise ValueError("a force that is no finite number")
-    except (OSError, KeyError, csv.Error, *_WRONG) as error:
-        fault = Fault("RESULT", path, "the path of a grip", f"{error!r}; run analyse again")
-        raise DesignError([fault]) from error
-    return tuple(row[0] for row in rows), tuple(row[1] for row in rows)
 
 
 @dataclass(frozen=True)
@@ -203,7 +72,6 @@ class _Source:
 def read_comparison(
     paths: Sequence[Path],
     objectives: Sequence[Objective] = (),
-    name: str = "",
     work: Work | None = None,
 ) -> Comparison:
     """The outcomes of all ``paths``, in their order.
@@ -231,7 +99,7 @@ def read_comparison(
     every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
     outcomes = with_varied(_distinct(outcomes, sources))
-    return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
+    return Comparison(outcomes, _facts(sources, outcomes, objectives))
 
 
 def _with_best(sources: Sequence[_Source], objectives: Sequence[Objective]) -> list[_Source]:
@@ -280,12 +148,12 @@ def _job(outcome: Outcome, result: Result, prices: dict[str, Any]) -> Job:
 
     Raises DesignError where it cannot be made, as where a file of the design is missing.
     """
-    keys = {k: v for k, v in result.parameters.items() if k.startswith(_SCENE)}
+    keys = {k: v for k, v in result.parameters.items() if k.startswith(SCENE)}
     alone = not (result.grips or result.slip_studies)  # the scene was given, not the grips
     source = f"{outcome.name}, which is to be completed"
     try:
         design = Design.model_validate(outcome.design)
-        scene = Scene.model_validate(_tables(keys)["scene"]) if alone else None
+        scene = Scene.model_validate(tables_of(keys)["scene"]) if alone else None
         cost = Cost.model_validate(prices)
     except (KeyError, ValidationError) as error:
         fault = Fault("RESULT", source, "a whole design", f"{error}; run analyse again"[:400])
@@ -352,57 +220,6 @@ def _marks(many: Sequence[Outcome], places: list[str]) -> list[str]:
     return next((way for way in ways if len(set(way)) == len(many)), ways[-1])
 
 
-def with_varied(outcomes: Sequence[Outcome]) -> tuple[Outcome, ...]:
-    """The outcomes; where some are of no study, all with the values of every key that a study
-    varies or in which their fingers differ, from the designs themselves. Where the fingers are
-    alike, of every other key too: of the controller, the mesh."""
-    if all(outcome.values or not outcome.design for outcome in outcomes):
-        return tuple(outcomes)
-    keys = dict.fromkeys(chain.from_iterable(outcome.values for outcome in outcomes))
-    keys |= _varied([outcome.design for outcome in outcomes if outcome.design])
-
-    def completed(outcome: Outcome) -> Outcome:
-        found = {key: _value_at(outcome.design, key) for key in keys}
-        return replace(outcome, values=found | outcome.values)
-
-    return tuple(completed(each) if each.design else each for each in outcomes)
-
-
-def _varied(designs: Sequence[dict[str, Any]]) -> dict[str, None]:
-    """Keys of the finger in which designs differ; of any other where the fingers are alike."""
-    flat = [_leaves(each) for each in designs]
-    every = dict.fromkeys(chain.from_iterable(flat))
-    varied = [key for key in every if len({each.get(key) for each in flat}) > 1]
-    return dict.fromkeys([key for key in varied if key.startswith(_FINGER)] or varied)
-
-
-def _leaves(design: dict[str, Any]) -> dict[str, bool | float | str]:
-    """A design's dotted keys with one value each; files by their names, without their places."""
-    found = {
-        key: Path(str(value)).name if key.endswith(".file") else value
-        for key, value in leaves(design)
-        if isinstance(value, bool | int | float | str) and not key.endswith(_NO_VALUES)
-    }
-    return {key: value for key, value in found.items() if not key.startswith("design.")}
-
-
-def _value_at(design: dict[str, Any], key: str) -> Any:
-    """The value of a dotted key, of "a / b" the share of two keys; None where there is none."""
-    found: list[Any] = []
-    for piece in key.split("/"):
-        place: Any = design
-        for part in parts_of(piece.strip()):
-            try:
-                place = place[part]
-            except (LookupError, TypeError):
-                return None
-        found.append(place)
-    if len(found) == 1:
-        return found[0] if isinstance(found[0], bool | int | float | str) else None
-    above, below = found
-    return above / below if is_number(above) and is_number(below) and below else None
-
-
 def _sources(path: Path) -> list[_Source]:
     if path.is_file() and path.name != RESULT_FILE:
         return [_Source(path, _lines(path))]
@@ -466,7 +283,6 @@ def _facts(
     sources: Sequence[_Source],
     outcomes: Sequence[Outcome],
     objectives: Sequence[Objective],
-    name: str,
 ) -> StudyFacts:
     """Those of the studies: objectives of the first that has any, constraints of all."""
     bounds, record, many = dict[str, Bound](), dict[str, str](), len(sources) > 1
@@ -478,7 +294,7 @@ def _facts(
         record |= {f"{prefix}{key}": text for key, text in _texts(source.record)}
     several = f"{len(sources)} sources" if many else "".join(each.name for each in sources)
     places = [str(source.place) for source in sources]
-    facts = facts_of(name or several, outcomes, objectives, tuple(bounds.values()), record, places)
+    facts = facts_of(several, outcomes, objectives, tuple(bounds.values()), record, places)
     return replace(facts, best_of=sum(_rows(source) for source in sources))
 
 

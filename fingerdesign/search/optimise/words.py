@@ -111,20 +111,22 @@ def _more(count: int) -> Iterator[str]:
         yield f"{count} more dominate it too."
 
 
+def _depends(found: Sensitivity) -> str:
+    """The key that an objective depends on most."""
+    first = max(found.effects, key=lambda effect: effect.share)
+    way = ""
+    if first.direction is not None:
+        way = ", rising with it" if first.direction > 0 else ", falling with it"
+    return (
+        f"{_title(found.metric).capitalize()} depends most on {shown(first.parameter)} "
+        f"({100 * first.share:.0f} % of its variance{way}): see the table of the search."
+    )
+
+
 def sensitivity_sentences(found: Sequence[Sensitivity]) -> Iterator[str]:
     """The key that each objective depends on most, or why it is not known."""
     unknown = [each for each in found if each.explained is None or not each.effects]
-    for each in found:
-        if each in unknown:
-            continue
-        first = max(each.effects, key=lambda effect: effect.share)
-        way = ""
-        if first.direction is not None:
-            way = ", rising with it" if first.direction > 0 else ", falling with it"
-        yield (
-            f"{_title(each.metric).capitalize()} depends most on {shown(first.parameter)} "
-            f"({100 * first.share:.0f} % of its variance{way}): see the table of the search."
-        )
+    yield from (_depends(each) for each in found if each not in unknown)
     few = [each for each in unknown if each.count < LEAST]
     level = [each for each in unknown if each.count >= LEAST]
     if few:

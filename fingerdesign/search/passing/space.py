@@ -25,6 +25,7 @@ from fingerdesign.search.study.values import (
     Choice,
     Parameter,
     Range,
+    is_number,
     set_keys,
     split_share,
     value_of,
@@ -90,12 +91,9 @@ class Freedom:
                 near = difflib.get_close_matches(key, [*known, *tables], 1)
                 remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/design.md"
                 found.append(Fault(option, key, "a key of the design", remedy))
-        for key in self.free:
-            value = known.get(key)
-            if key in known and (isinstance(value, bool) or not isinstance(value, int | float)):
-                bound = "a key with a number"
-                found.append(Fault("--free", key, bound, "only numbers can vary between bounds"))
-        return found
+        bound, remedy = "a key with a number", "only numbers can vary between bounds"
+        fixed = [key for key in self.free if key in known and not is_number(known[key])]
+        return found + [Fault("--free", key, bound, remedy) for key in fixed]
 
 
 @dataclass(frozen=True)
@@ -217,18 +215,22 @@ def _plain_row(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...
     words = tuple(f"plates.{key}" for key in lost) or ("plates.count = 0",)
     # A row that is too wide or too deep for the body does not fit below its surface.
     for count, span in itertools.product(_FEWER, spans):
-        if span is not None:
-            values["plates.span_mm"] = span
-        data = design_data(design)
-        data["plates"] = {key: value for key, value in own.items() if key in _PLAIN}
-        data.pop("assumed", None)
-        for key, value in (values | {"plates.count": count}).items():
-            if freedom.allows(key):
-                set_value(data, key, value)
-        found = judge_data(data)
+        row = {"plates.count": count} | ({} if span is None else {"plates.span_mm": span})
+        found = judge_data(_replaced(design, freedom, values | row))
         if not found.faults:
             return found.sound(design.design.name), words
     return design, ()  # Such plates fit only a flatter body than this one can be.
+
+
+def _replaced(design: Design, freedom: Freedom, values: dict[str, object]) -> dict[str, Any]:
+    """The design's tables with values in place of what makes its plates no plain row."""
+    data = design_data(design)
+    data["plates"] = {key: value for key, value in data["plates"].items() if key in _PLAIN}
+    data.pop("assumed", None)
+    for key, value in values.items():
+        if freedom.allows(key):
+            set_value(data, key, value)
+    return data
 
 
 def _flat(design: Design, known: Design) -> dict[str, object]:
@@ -277,17 +279,9 @@ def _parameters(design: Design, freedom: Freedom) -> Iterator[tuple[str, Paramet
     for key, parameter in _of_body(design):
         if freedom.allows(key):
             yield key, parameter
-    if design.plates.placement is None:
-        for key, (low, high, step) in _RANGES.items():
-            if freedom.allows(key):
-                yield key, Range(low=low, high=high, step=step)
-        if freedom.allows("plates.count"):
-            yield "plates.count", Range(low=_COUNTS[0], high=_COUNTS[1])
-    if freedom.allows("plates.thickness_mm"):
-        sheets = sheets_of(design.plates.material)
-        sold = [each for each in sheets if _THINNEST <= each <= _THICKEST]
-        if len(sold) > 1:
-            yield "plates.thickness_mm", tuple(sold)
+    for key, parameter in _of_plates(design):
+        if freedom.allows(key):
+            yield key, parameter
     if freedom.allows("gages.length_mm") and freedom.allows("plates.length_mm"):
         yield "gages.length_mm / plates.length_mm", (_GAGE_SHARE,)
     for key in freedom.free:
@@ -307,6 +301,18 @@ def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
     if body.shape in (*_ROUND, "block"):
         height = body.base_height_mm
         yield "body.base_height_mm", _stepped(height, _HEIGHT, height, 0.1)
+
+
+def _of_plates(design: Design) -> Iterator[tuple[str, Parameter]]:
+    """The row's measures, and the thicknesses that sheets of its material are sold in."""
+    if design.plates.placement is None:
+        for key, (low, high, step) in _RANGES.items():
+            yield key, Range(low=low, high=high, step=step)
+        yield "plates.count", Range(low=_COUNTS[0], high=_COUNTS[1])
+    sheets = sheets_of(design.plates.material)
+    sold = [each for each in sheets if _THINNEST <= each <= _THICKEST]
+    if len(sold) > 1:
+        yield "plates.thickness_mm", tuple(sold)
 
 
 def _stepped(size: float, factors: tuple[float, float], own: float, step: float) -> Range:

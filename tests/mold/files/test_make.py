@@ -8,13 +8,15 @@ import re
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import jsonschema
 import pytest
 from fingerdesign_cli.main import main
 
-from fingerdesign.checks.load import with_values
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.design.io import dump_design
 from fingerdesign.design.mold import Mold
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
@@ -271,9 +273,10 @@ def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, stage):
     assert names_in(tmp_path) == ["block"]
 
 
-def test_a_disk_that_takes_no_more_is_no_finding_about_the_mold(stages, tmp_path, monkeypatch):
-    design = stages(cad_error=GeometryError("base_plate.step: the CAD kernel wrote nothing"))
-    monkeypatch.setattr(make.tempfile, "TemporaryFile", raising(FULL))
+def test_a_disk_that_takes_no_more_is_no_finding_about_the_mold(stages, tmp_path):
+    error = GeometryError("base_plate.step: the CAD kernel wrote nothing")
+    folders = SimpleNamespace(TemporaryFile=raising(FULL), gettempdir=lambda: str(tmp_path))
+    design = stages(cad_error=error, tempfile=folders)
     with pytest.raises(ResultError, match="No space left on device; free space"):
         make.write_mold(design, tmp_path / "block")
     assert list(tmp_path.iterdir()) == []
@@ -321,4 +324,8 @@ def test_a_shipped_finger_can_be_cast(tmp_path):
 
 @pytest.mark.slow
 def test_slots_pass_every_check(tmp_path):
-    assert main(["mold", "wide", "--fixture", "slots", "--out", str(tmp_path), "--quiet"]) == 0
+    """Of a third of the plates: each slot is cut like the next."""
+    file = tmp_path / "wide.toml"
+    file.write_text(dump_design(with_values(load_design("wide"), {"plates.count": 7})), "utf-8")
+    out = str(tmp_path / "out")
+    assert main(["mold", str(file), "--fixture", "slots", "--out", out, "--quiet"]) == 0
