@@ -22,9 +22,9 @@ class Truth:
     stick_ratio: stick area / contact area; slip_ratio: F_t / F_n at which the whole contact would
     slip, the friction coefficient unless the object leans; both None without contact, the second
     under another law than Coulomb's too.
-    slip_distance: least accumulated slip over the points in contact. complete_slip: loaded, and (nearly) nothing sticks. lifted:
-    the object hangs free of its support; None where the plant holds no object with a weight. rise:
-    of the object above its support, mm.
+    slip_distance: least accumulated slip over the points in contact. complete_slip: loaded, and
+    (nearly) nothing sticks. lifted: the object hangs free of its support; None where the plant
+    holds no object with a weight. rise: of the object above its support, mm.
 
     Of an object with inertia (plants/slide.py), else None or 0. sliding: it slides through the
     fingers at the end of the move. slid: how far it has in all its slides, mm. caught: the last of

@@ -65,7 +65,7 @@ class RandomGripPath:
 
     @property
     def friction_utilisation(self) -> tuple[float, ...]:
-        """F_t / F_n of each step over the ratio at which the whole contact slips, 0 without contact.
+        """F_t / F_n of each step over that at which the whole contact slips; 0 without contact.
 
         On an object that leans by two degrees that ratio is off the friction coefficient by 0.035,
         a sixth of a coefficient of 0.2: a hand that held a share of the coefficient would slip.
