@@ -83,19 +83,25 @@ def sources_of(design: Design, plan: MoldPlan, space: bool = False) -> list[Sour
     return found
 
 
+def _body_sizes(design: Design, plan: MoldPlan) -> list[Source]:
+    """Height and radius of a body of straight sides."""
+    body, limits = design.body, plan.limits
+    found = [Source("body's height", ("body.base_height_mm",), (limits.tolerance_mm,), "mm")]
+    if body.shape == "arc" and body.edge_radius_mm is None:
+        # The rise w^2 / 8 R of the arc is off by the form of the insert's face.
+        size = limits.form_mm * 8.0 * (body.arc_radius_mm / body.width_mm) ** 2
+        found.append(Source("surface's radius", ("body.arc_radius_mm",), (size,), "mm"))
+    return found
+
+
 def _sizes(design: Design, plan: MoldPlan, space: bool) -> list[Source]:
     """Sizes of body and plates, where their derivatives are known (sensitivity/velocity.py)."""
     frames, body, found = plate_frames(design), design.body, list[Source]()
     flat = all(f.along == "x" and f.bend_radius is None and not f.holes for f in frames)
     if not flat or body.core is not None:
         return []
-    place, form = plan.limits.tolerance_mm, plan.limits.form_mm
     if body.kind.straight and not space:
-        found.append(Source("body's height", ("body.base_height_mm",), (place,), "mm"))
-        if body.shape == "arc" and body.edge_radius_mm is None:
-            # The rise w^2 / 8 R of the arc is off by the form of the insert's face.
-            size = form * 8.0 * (body.arc_radius_mm / body.width_mm) ** 2
-            found.append(Source("surface's radius", ("body.arc_radius_mm",), (size,), "mm"))
+        found += _body_sizes(design, plan)
     barred = space and (design.gages.leads is not None or design.gages.kind is not None)
     if frames and not barred:
         thick = SHEET * design.plates.thickness_mm

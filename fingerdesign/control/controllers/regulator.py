@@ -183,10 +183,7 @@ class Regulator:
         ratio = sample.tangential_force / self._pressed(sample)
         believed = 0.0 if friction is None else ratio / friction
         if sample.lifted:
-            in_use = ratio / (_UNKNOWN if friction is None else self._surely(friction))
-            self._carried = self._carried or ratio
-            tugged = in_use > own.most_held or ratio > _TUGGED * self._carried
-            return 0.0, self._close(sample) if tugged else 0.0
+            return 0.0, self._close(sample) if self._tugged(ratio) else 0.0
         self._utilisation += _NEWS * (reported.friction_utilisation - self._utilisation)
         pressed, in_use = self._pressed(sample), max(self._utilisation, believed)
         if reported.stick_ratio < own.least_stick or in_use > own.most_used:
@@ -208,6 +205,13 @@ class Regulator:
         aim = own.target * self._surely(friction)
         aim *= sample.normal_force + max(self._pressing, 0.0) * closing
         return self._shear(aim - sample.tangential_force), closing
+
+    def _tugged(self, ratio: float) -> bool:
+        """True if a hanging object, at this F_t / F_n, needs more than it is held by."""
+        friction = self.friction
+        in_use = ratio / (_UNKNOWN if friction is None else self._surely(friction))
+        self._carried = self._carried or ratio
+        return in_use > self._own.most_held or ratio > _TUGGED * self._carried
 
     def _probing_pull(self, ratio: float, pressed: float, friction: float | None) -> float:
         """The rise of F_t of a probe's next step, N; 0 where the probe is at its end."""

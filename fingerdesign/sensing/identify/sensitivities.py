@@ -25,7 +25,7 @@ from fingerdesign.control.bench_curves import BenchCurves, Phase, bench_curves
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.digest import content_digest
-from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.runtime.cache import GARBLED, Cache, packed, unpacked
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import (
@@ -106,19 +106,18 @@ def _differences(
     nodes = near_nodes(problems[0], [step.increment for steps in paths for step in steps])
     fields: ResponseFields | None = None
     known: dict[str, Change] = {}
-    names = [_parameter_of(design, latent) for latent in latents]
+    names, factors = zip(*(_parameter_of(design, latent) for latent in latents), strict=True)
     moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
     for phase, problem, steps in zip(phases, problems, paths, strict=True):
         # The surface's tilt is the phase's own; all else changes every phase alike.
-        new = [name for name, _ in names if name == _TILT or name not in known]
-        met = SceneObject(tilt_deg=phase.tilt_deg + lean_deg)
-        scene = fundamental_scene(design).model_copy(update={"object": met})
-        changes, rows = changes_of(design, condensed, parameters_of(design, scene, tuple(new)))
+        new = tuple(name for name in names if name == _TILT or name not in known)
+        scene = _scene_of(design, phase, lean_deg)
+        changes, rows = changes_of(design, condensed, parameters_of(design, scene, new))
         known |= {change.name: change for change in changes}
         fields = fields or response_fields(condensed.condensed, nodes, rows)
-        own = [known[name] for name, _ in names]
+        own = [known[name] for name in names]
         rates = IncrementRates(problem, fields, own, [s.increment for s in steps], stick=False)
-        slopes = _slopes(rates, design, len(steps), [factor for _, factor in names])
+        slopes = _slopes(rates, design, len(steps), factors)
         moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
         report(f"sensitivities: {len(moved)} of {len(phases)} phases")
     return [
@@ -129,6 +128,12 @@ def _differences(
         for k, latent in enumerate(latents)
         for side in (-1.0, 1.0)
     ]
+
+
+def _scene_of(design: Design, phase: Phase, lean_deg: float) -> Scene:
+    """The bench's plane as a phase meets it."""
+    met = SceneObject(tilt_deg=phase.tilt_deg + lean_deg)
+    return fundamental_scene(design).model_copy(update={"object": met})
 
 
 def _parameter_of(design: Design, latent: Latent) -> tuple[str, float]:
