@@ -308,6 +308,12 @@ def test_a_lifted_object_is_held_and_a_tug_is_answered():
     tugged = Sample(held.readings, held.normal_force, 1.3 * held.tangential_force, True)
     answer = regulator.command(tugged)
     assert answer.dy > 0.0 == answer.dx
+    # So is a small one, of an object that is held by far more than it needs.
+    regulator, path = grip(Teller(0.5), steps=30)
+    held = replace(path[-1][0], tangential_force=0.5 * path[-1][0].tangential_force, lifted=True)
+    for tug, closes in ((1.0, False), (1.1, False), (1.15, True)):
+        answer = regulator.command(replace(held, tangential_force=tug * held.tangential_force))
+        assert (answer.dy > 0.0) == closes
     # Lifted before anything is known, it is held by force.
     regulator, sample = at_start(Teller(0.5)), Sample(np.zeros(GAGES), 1.0, 0.4, lifted=True)
     for _ in range(100):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episode, run_episodes
 from fingerdesign.control.plants.plant import (
@@ -16,7 +17,10 @@ from fingerdesign.control.plants.plant import (
 )
 from fingerdesign.control.roster import Command
 from fingerdesign.control.signals import Sample
+from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.errors import SolverError
+from fingerdesign.sensing.train.paths import RandomGripPath
+from fingerdesign.shapes.objects import Plane, touching
 
 BOUNDS = Bounds(preload=0.04, approach_step=0.01, max_approach=0.3, max_steps=40)
 MASS = 500.0
@@ -78,6 +82,28 @@ def test_sliding_is_not_lifting_and_steps_without_tangential_force_do_not_count(
     assert minimum_stick_ratio(path) == 0.5
     assert minimum_stick_ratio(path[:1]) is None
     assert safety_margin(path[0], 0.3) is None
+
+
+@pytest.mark.parametrize("lean", [0.035, -0.035])
+def test_an_object_that_leans_is_judged_by_the_ratio_at_which_it_slips(half_plane, bench, lean):
+    """At slip margin and utilisation are one, where the coefficient alone would say 17 % else."""
+    plane = Plane(0.0, (np.sin(lean), -np.cos(lean), 0.0))
+    points = half_plane.model.points
+    met = touching(plane, lambda x, z: np.interp(x, *points.T), points[-1, 0], 1.0)[0]
+    leaning = contact_problem(half_plane.model, met, 0.2)
+    plant = CondensedPlant(leaning, "both")
+    for _ in press(plant, 0.05, 0.01):
+        pass
+    while not plant.truth().complete_slip:
+        plant.move(0.002, 0.0)
+    truth = plant.truth()
+    assert truth.slip_ratio == pytest.approx(np.tan(np.arctan(0.2) + lean))
+    assert safety_margin(truth, 0.2) == pytest.approx(1.0, abs=1e-3)
+    (utilisation,) = RandomGripPath(0.2, (), (truth,)).friction_utilisation
+    assert utilisation == pytest.approx(1.0, abs=1e-3)
+    result = grip(leaning, bench, Always(0.0, 0.01)).result
+    ratio = np.tan(np.arctan(result.friction_coefficient) + lean)
+    assert result.least_force_N == pytest.approx(weight_per_finger(MASS) / ratio)
 
 
 def test_stage_travel_and_steps_end_it_unlifted_and_a_zone_too_narrow_is_an_error(

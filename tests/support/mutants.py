@@ -238,6 +238,21 @@ fingerdesign/control/controllers/regulator.py | tests/control
 - sure, memory = _CLIMBING * sure, 1.0 - _CLIMBING * (1.0 - memory)
 + sure, memory = _CLIMBING * sure, memory
 
+slip ratio: the object's lean is left out
+fingerdesign/contact/problem.py | tests/contact
+- force = self.to_global(limit).sum(axis=0)
++ force = limit.sum(axis=0)[::-1] * np.array([1.0, -1.0])
+
+training: the friction utilisation is of the coefficient, whatever leans
+fingerdesign/sensing/train/paths.py | tests/control/test_grip_episode.py
+- t.tangential_force / (t.slip_ratio * t.normal_force) if t.slip_ratio else 0.0
++ t.tangential_force / (self.friction_coefficient * t.normal_force) if t.slip_ratio else 0.0
+
+regulator: a small tug at a hanging object is not answered
+fingerdesign/control/controllers/regulator.py | tests/control/test_estimator.py
+- return in_use > self._own.most_held or ratio > _TUGGED * self._carried
++ return in_use > self._own.most_held
+
 C regulator: the error that the estimator reports is always its least
 fingerdesign/control/templates/regulator.c | tests/control/test_c_code.py
 - found.spread = SPREAD[k][1];
