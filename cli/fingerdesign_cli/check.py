@@ -83,6 +83,7 @@ def _forecast(
     path: Path, design: Design, judged: Judged[Scene] | None, scene_sound: bool
 ) -> _Checked:
     """Summarise a sound design and forecast its analysis; not where the scene is faulty."""
+    from fingerdesign.analysis.case import fundamental_scene
     from fingerdesign.analysis.finite_path import pressure_note
     from fingerdesign.analysis.forecast.forecast import forecasts
     from fingerdesign.analysis.forecast.lift import lifts
@@ -94,7 +95,8 @@ def _forecast(
     found = lifts(design) if judged is None and scene_sound else []
     remedies = dict.fromkeys(words for each in found for words in each.remedies)
     notes = [*_notes(design), *remedies, *filter(None, map(too_large, costs))]
-    notes += filter(None, [pressure_note(design, scene)] if scene is not None else [])
+    if scene_sound:
+        notes += filter(None, [pressure_note(design, scene or fundamental_scene(design))])
     report: dict[str, object] = {"file": str(path), "sound": True, "faults": [], "notes": notes}
     if scene_sound:
         report |= asdict(summary)

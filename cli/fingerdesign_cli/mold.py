@@ -86,7 +86,10 @@ def tolerance(
     stem = scene_file.stem if scene_file is not None else ""
     with recorded(FOLDER, out / name) as (folder, show):
         draws = None if within is None else Draws(0.01 * within, workers or usable_cores())
-        found = tolerance(design, scene, fidelity, lambda message: show(message), stem, draws)
+        try:
+            found = tolerance(design, scene, fidelity, lambda message: show(message), stem, draws)
+        except KeyboardInterrupt as stopped:  # main prints its words
+            raise KeyboardInterrupt("nothing of the tolerances is stored") from stopped
         write_tolerance(found, folder)
     say_result(found.data, lambda: say_block(view_of(found), out / name))
     open_page(out / name / "report.html")

@@ -100,6 +100,17 @@ class Masses(click.ParamType[Any]):
         return found
 
 
+class FiniteRange(click.FloatRange):
+    """A range of numbers that no option's ``nan`` or ``inf`` gets past."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number; see click."""
+        found = super().convert(value, param, ctx)
+        if not math.isfinite(found):
+            self.fail(f"{value} is not a finite number", param, ctx)
+        return found
+
+
 def masses_of(text: str) -> float | list[float] | None:
     """A mass in g or a range of two as a design writes it; None of other text.
 
@@ -219,13 +230,11 @@ def limit_option(name: str, metavar: str, least: float, about: str) -> Callable[
     """A limit of the command's time or memory (runtime/limits.py)."""
 
     def limit(context: click.Context, parameter: click.Parameter, value: float | None) -> None:
-        if value is not None and not math.isfinite(value):
-            raise click.BadParameter(f"{value} is not a finite number", param=parameter)
         if value is not None:
             seconds = name == "--time-limit"
             context.with_resource(limited(value) if seconds else limited(memory_MB=value))
 
-    kind = click.FloatRange(least, 1e7)
+    kind = FiniteRange(least, 1e7)
     shown = f"{about}; finished work is stored."
     return click.option(
         name, metavar=metavar, type=kind, expose_value=False, callback=limit, help=shown

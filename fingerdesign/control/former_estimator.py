@@ -36,8 +36,8 @@ def present_record(record: dict[str, Any]) -> dict[str, Any]:
     name, _, number = str(record["format"]).rpartition(" ")
     if f"{name} " != NAME or not number.isdecimal() or not 1 <= int(number) <= PRESENT:
         raise FormerEstimatorError(
-            f"its format is not {NAME!r}{OLDEST} to {PRESENT}: read it with the version that wrote "
-            f"it, or {AGAIN}"
+            f"its format is not '{NAME}{OLDEST}' to '{PRESENT}': read it with the version that "
+            f"wrote it, or {AGAIN}"
         )
     if int(number) < OLDEST:
         raise FormerEstimatorError(f"its format is {number}, and {_NO_CURVES}: {AGAIN}")

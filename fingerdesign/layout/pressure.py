@@ -52,7 +52,9 @@ def mean_pressure(design: Design, rigid: SceneObject, approach: float) -> float:
     strain = min(max(depth, 0.0) / height, 0.9)
     shape = half[0] * half[1] / ((half[0] + half[1]) * height)
     confined = free * (1.0 - nu) ** 2 / max(1.0 - 2.0 * nu, 1e-9)
-    bonded = 1.0 / (1.0 / (4.0 * shape**2) + 1.0 / (confined - free))
+    # A body without Poisson's effect, or hardly pressed, gains nothing from its bonded base.
+    least = min(4.0 * shape**2, confined - free)
+    bonded = 1.0 / (1.0 / (4.0 * shape**2) + 1.0 / (confined - free)) if least > 1e-12 else 0.0
     return max(hertz, (free + bonded) * strain / (1.0 - strain))
 
 

@@ -26,9 +26,11 @@ from fingerdesign.analysis.stages import (
 )
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
+from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.design.keys import leaves
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.runtime.pool import Pool
@@ -43,6 +45,8 @@ from fingerdesign.tolerance.sources import Source
 LOW, HIGH = 1.1, 1.5  # People grip with 1.2 to 1.5 times the least force; 1.1 still holds.
 _DRAWS = 20_000  # Of the linear model: a share of them is good to 0.4 points.
 _LEAST, _MOST = 10, 2000  # Fingers that are drawn, at least and at most.
+_SOUND = 100  # So many draws are checked before the work begins; most runs need fewer.
+_BATCH = 4  # The same for any number of processes, so that all draw equally many fingers.
 
 
 @dataclass(frozen=True)
@@ -99,6 +103,21 @@ def drawn(design: Design, sources: Sequence[Source], changes: Array) -> Design:
     )
 
 
+def refuse_draws(case: Case, sources: Sequence[Source]) -> None:
+    """Raise DesignError where fingers as cast cannot be lifted, or the first ones are not sound."""
+    remedy = "leave --yield-within out: yield by motion needs no real models"
+    name = case.design.design.name
+    if not case.runs_grips:
+        bound = f"given with {LEAST_GAGES} gages in a row or more, which a hand needs"
+        raise DesignError([Fault("--yield-within", "", bound, remedy)], name)
+    for number in range(_SOUND):
+        try:
+            drawn(case.design, sources, changes_of_finger(sources, number))
+        except DesignError as error:
+            bound = f"given where fingers as cast are sound; number {number + 1}: {error.faults[0]}"
+            raise DesignError([Fault("--yield-within", "", bound, remedy)], name) from error
+
+
 def cast_finger(case: Case, scene: Scene, sources: Sequence[Source], number: int) -> CastFinger:
     """Draw a finger, mesh it by itself, follow the scene and lift with the design's controller."""
     own = replace(case, design=drawn(case.design, sources, changes_of_finger(sources, number)))
@@ -108,10 +127,11 @@ def cast_finger(case: Case, scene: Scene, sources: Sequence[Source], number: int
         mesh = make_mesh(design, own.fidelity, zone, own.symmetric)
         model = condense(design, mesh, zone, scene).reduced
         problem = problem_at_touch(model, scene.object, design.body)
-        array = problem_at_touch(model.with_gages(own.gage_array), scene.object, design.body)
+        met = own.path_scene  # Grips are against the level plane, whatever the scene leans by.
+        array = problem_at_touch(model.with_gages(own.gage_array), met.object, design.body)
         with one_thread():
             steps = follow_path(problem, scene, design)
-            lifts = [each for each, _ in run_grips(own, zone, scene, array)]
+            lifts = [each for each, _ in run_grips(own, zone, met, array)]
         margins = tuple(float(each.success and (each.safety_margin or 0.0)) for each in lifts)
         return CastFinger(readings_of(steps, design.gages.face), margins)
 
@@ -132,7 +152,7 @@ def cast_fingers(
     found: list[CastFinger] = []
     with Pool(draws.workers, shared=(case, scene, tuple(sources))) as pool:
         while len(found) < _MOST:
-            numbers = range(len(found), len(found) + max(draws.workers, 2))
+            numbers = range(len(found), len(found) + _BATCH)
             found += pool.in_order(cast_finger, [(number,) for number in numbers])
             half = _half_width([_share(each) for each in found])
             report(f"{len(found)} fingers as cast: yield known to {100 * half:.0f} points")
@@ -148,14 +168,13 @@ def _share(finger: CastFinger) -> float:
 
 
 def _half_width(shares: Sequence[float]) -> float:
-    """Half the width of the mean's 95 % interval, over fingers; of equal ones by the rule of three,
-    on two sides.
+    """Half the width of the mean's 95 % interval, over fingers; of equal ones by the rule of three.
 
     >>> round(_half_width([1.0] * 30), 2)
-    0.05
+    0.1
     """
     spread = float(np.nan_to_num(np.std(shares, ddof=1))) if len(shares) > 1 else 1.0
-    return float(max(1.96 * spread / len(shares) ** 0.5, 1.5 / len(shares)))
+    return float(max(1.96 * spread / len(shares) ** 0.5, 3.0 / len(shares)))
 
 
 def cast_data(

@@ -57,8 +57,9 @@ def _yields(found: ToleranceData) -> list[tuple[str, str]]:
     yields = [("yield by motion", f"{made} grip with 1.1 to 1.5 of the least; calibrated {known}")]
     if (cast := found.cast) is not None:
         low, high = (100 * each for each in cast.interval)
-        text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of {cast.fingers} fingers"
-        yields.append(("yield by control", f"{text}' lifts; {100 * cast.lifted:.0f} % lift"))
+        text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of the lifts of {cast.fingers}"
+        text += f" fingers are in that band; {100 * cast.lifted:.0f} % succeed"
+        yields.append(("yield by control", text))
     return yields
 
 

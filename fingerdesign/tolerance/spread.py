@@ -20,7 +20,13 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
 from fingerdesign.sensitivity.variant import differentiable
-from fingerdesign.tolerance.cast import Draws, cast_data, cast_fingers, yield_by_motion
+from fingerdesign.tolerance.cast import (
+    Draws,
+    cast_data,
+    cast_fingers,
+    refuse_draws,
+    yield_by_motion,
+)
 from fingerdesign.tolerance.page import tolerance_html
 from fingerdesign.tolerance.record import (
     PAGE_FILE,
@@ -50,6 +56,9 @@ def tolerance(
     start = time.perf_counter()
     design = differentiable(design)
     sources = sources_of(design, plan_mold(design), space=fidelity == "3d")
+    case = Case(design, None, fidelity, fields=False, for_page=False, studied=False)
+    if draws is not None:
+        refuse_draws(case, sources)
     report("analysing")
     own = fundamental_scene(design) if scene is None else scene
     names = [name for source in sources for name in source.parameters]
@@ -57,7 +66,6 @@ def tolerance(
     parts = variances(found, sources)
     cast = None
     if draws is not None:
-        case = Case(design, None, fidelity, fields=False, for_page=False, studied=False)
         fingers = cast_fingers(case, own, sources, draws, report)
         cast = cast_data(fingers, found, sources)
     return ToleranceData(

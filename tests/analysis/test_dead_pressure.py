@@ -114,6 +114,13 @@ def test_a_small_load_on_a_crest_is_hertz_by_motion_and_by_force():
     assert greatest_pressure(design, scene) == pytest.approx(known, rel=0.25)
 
 
+@pytest.mark.parametrize(("nu", "approach"), [(0.0, 0.1), (0.49, 1e-300)])
+def test_the_forecast_is_finite_without_poissons_effect_and_without_a_depth(nu, approach):
+    for body in (BLOCK.format(20, 10, 1), ARC.format(10, 40)):
+        pressure = mean_pressure(design_of(body, nu), TOUCH, approach)
+        assert 0.0 <= pressure < 0.1
+
+
 @pytest.mark.parametrize("control", ["mm", "N"])
 def test_what_is_beyond_is_refused_before_work_and_what_is_near_is_noted(control):
     design = design_of(BLOCK.format(20, 10, 1), 0.49)

@@ -6,12 +6,21 @@ import numpy as np
 import pytest
 
 from fingerdesign import load_design, with_values
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.sensing.perturb.finger import places_of
 from fingerdesign.sensitivity.derive import Sensitivity
-from fingerdesign.tolerance.cast import Draws, changes_of_finger, drawn, yield_by_motion
+from fingerdesign.tolerance.cast import (
+    Draws,
+    cast_finger,
+    changes_of_finger,
+    drawn,
+    yield_by_motion,
+)
 from fingerdesign.tolerance.page import tolerance_html, view_of
 from fingerdesign.tolerance.record import CastData, RowData, SourceData, ToleranceData
 from fingerdesign.tolerance.sources import Source, sources_of
@@ -85,7 +94,7 @@ def test_what_to_tighten_first_comes_first():
     notes = view_of(record()).verdicts
     first = next(each for each in notes if each.name == "tighten first")
     assert first.number.startswith("plates in height, ± 0.05 mm: 60 %")
-    assert "60 % (40 to 80) of 20 fingers" in " ".join(each.number for each in notes)
+    assert "60 % (40 to 80) of the lifts of 20 fingers" in " ".join(each.number for each in notes)
     assert len(notes) <= 12
 
 
@@ -117,6 +126,30 @@ def test_a_yield_by_motion_is_that_of_a_uniform_modulus():
     made, known = yield_by_motion(found, [Source("rubber", ("E",), (0.15,), "MPa", known=True)])
     assert made == pytest.approx((1.0 + (1.0 - 1.1 / np.sqrt(1.65)) / 0.15) / 2.0, abs=0.01)
     assert known == 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "why"), [("homogeneous", "gages in a row"), ("boned", "sound"), ("both_ways", "sound")]
+)
+def test_fingers_that_cannot_be_drawn_or_lifted_are_refused_before_the_work(name, why):
+    told = []
+    with pytest.raises(DesignError, match=f"--yield-within.*{why}"):
+        tolerance(load_design(name), report=told.append, draws=Draws(0.1))
+    assert told == []
+
+
+@pytest.mark.slow
+def test_fingers_as_cast_lift_against_the_level_plane_whatever_the_scene():
+    design = with_values(load_design("maeno2000"), COARSE)
+    sources = sources_of(design, plan_mold(design))
+    case = Case(design, None, "plane-strain", fields=False, for_page=False, studied=False)
+    # So small that the zone of the grips is the wider one: both have one mesh.
+    level = scene_of([[0.01, 0.0]])
+    leaning = level.model_copy(update={"object": SceneObject(tilt_deg=2.0)})
+    one, other = (cast_finger(case, scene, sources, 0) for scene in (level, leaning))
+    assert max(one.margins) > 1.0
+    assert one.margins == pytest.approx(other.margins, rel=1e-9)
+    assert one.readings.reading != pytest.approx(other.readings.reading, rel=0.1)
 
 
 @pytest.mark.slow

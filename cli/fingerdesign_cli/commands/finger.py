@@ -9,6 +9,7 @@ from fingerdesign_cli.options import (
     OUT,
     SHELVES,
     STUDY,
+    FiniteRange,
     Place,
     ShippedOrFile,
     command,
@@ -226,7 +227,7 @@ def validate() -> None:
 @click.option(
     "--yield-within",
     "within",
-    type=click.FloatRange(1.0, 50.0),
+    type=FiniteRange(1.0, 50.0),
     metavar="POINTS",
     help="Also mesh and lift fingers as cast, until the yield is known to within so many points.",
 )
@@ -237,8 +238,9 @@ def tolerance() -> None:
     """Report the spread of fingers that are cast as DESIGN, by one analysis and its derivatives.
 
     Plates are off by what holds them in the mold, the rubber by its batch, gages by their factors.
-    Yield is the share of fingers with 1.1 to 1.5 times the least force: if a stage closes all of
-    them alike, and with --yield-within by the design's own controller, some seconds a finger.
+    Yield is the share of fingers that grip with 1.1 to 1.5 times the least force, if a stage closes
+    all of them alike. --yield-within also lifts with the design's own controller; each finger takes
+    seconds.
     OUT/NAME then holds report.html (what to tighten first, the spread) and tolerance.json.
     """
 

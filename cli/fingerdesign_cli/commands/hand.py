@@ -9,6 +9,7 @@ from fingerdesign_cli.options import (
     DESIGN,
     FILE,
     MASSES,
+    FiniteRange,
     command,
     controller_option,
     controllers_option,
@@ -90,7 +91,7 @@ def grip() -> None:
 @design_and_out
 @click.option(
     "--noise",
-    type=click.FloatRange(0.0, 1e3),
+    type=FiniteRange(0.0, 1e3),
     callback=_finite,
     default=0.5,
     show_default=True,
@@ -169,7 +170,7 @@ TARGETS = {
 }
 noise_of_the_rig = click.option(
     "--noise",
-    type=click.FloatRange(0.0, 1e3),
+    type=FiniteRange(0.0, 1e3),
     callback=_finite,
     help="Of a sample of your gages, microstrain.  [default: the estimator's]",
 )
@@ -188,7 +189,7 @@ noise_of_the_rig = click.option(
 @click.option(
     "--density",
     "densities",
-    type=(str, click.FloatRange(0.0, 30.0, min_open=True)),
+    type=(str, FiniteRange(0.0, 30.0, min_open=True)),
     metavar="MATERIAL G_CM3",
     multiple=True,
     help="For mjcf and urdf: instead of the material's usual one; may be given again.",
@@ -197,7 +198,7 @@ noise_of_the_rig = click.option(
 @click.option(
     "--flex",
     "flex_mm",
-    type=click.FloatRange(0.2, 20.0),
+    type=FiniteRange(0.2, 20.0),
     callback=_finite,
     metavar="MM",
     help="For mjcf: the rubber as a flex of tetrahedra of this size, which has no plates in it.",

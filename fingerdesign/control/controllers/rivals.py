@@ -309,8 +309,8 @@ class ReactiveHand(_Hand):
 class OracleHand(_Hand):
     """Given friction and mass: grips ``margin`` times the least force that holds, then pulls.
 
-    The bound that no hand without that knowledge can beat; a tug that it measures counts
-    as weight.
+    On level objects it is the bound that no hand without that knowledge can beat. A tug that it
+    measures counts as weight.
     """
 
     margin: float

@@ -13,7 +13,6 @@ from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.shortfall import area_correlation, shortfalls, total
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.verdicts import best_area_share
-from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.layout.rows import plate_frames
@@ -169,7 +168,7 @@ def _of_one_mass(grips: Sequence[GripResult]) -> dict[str, float | None]:
     held = sum(bool(grip.lifted and not grip.gross_slip) for grip in grips)
     lifted = [grip for grip in grips if grip.lifted]
     margins = [grip.safety_margin for grip in lifted if grip.safety_margin is not None]
-    ratios = [grip.peak_normal_force_N / _least_force(grip) for grip in lifted]
+    ratios = [grip.peak_ratio for grip in lifted]
     return {
         "grip_success": held / len(grips),
         "safety_margin": statistics.median(margins) if margins else None,
@@ -177,11 +176,6 @@ def _of_one_mass(grips: Sequence[GripResult]) -> dict[str, float | None]:
         "peak_force_N": max(grip.peak_normal_force_N for grip in grips),
         "peak_ratio": statistics.median(ratios) if ratios else None,
     }
-
-
-def _least_force(grip: GripResult) -> float:
-    """The least normal force that holds the object, N: half its weight over the friction."""
-    return weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
 
 
 def _first_slip(rows: Sequence[IncrementResult]) -> float | None:

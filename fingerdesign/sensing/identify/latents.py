@@ -34,7 +34,7 @@ FRACTION = "share"  # The unit of all others: a fraction of the design's own val
 AXES = ("x", "y", "angle")
 TOLERANCE = {"x": 0.1, "y": 0.1, "angle": 1.0}  # Tolerances of a plate's place, mm and degrees.
 MOST_POISSON = 0.4999
-# Sensitivities are differences over so many standard deviations to either side.
+# Slopes are differences over a small share (sensitivities.py) of so many standard deviations.
 _STEPS = {"lean": 0.5}
 _STEP = 0.25
 
