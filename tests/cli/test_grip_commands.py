@@ -181,3 +181,18 @@ def test_a_faulty_option_is_one_fault_that_names_it(folder, tmp_path, terminal):
     ]
     assert faults[0].startswith("--controller (grip.controller) = 'magic': ")
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("tolerance", "maeno2000", "--yield-within"),
+        ("study", "sensitive", "--noise"),
+        ("check", "sensitive", "--time-limit"),
+    ],
+)
+@pytest.mark.parametrize("value", ["nan", "inf", "-1"])
+def test_a_number_that_is_none_is_refused(terminal, arguments, value):
+    shown = terminal(*arguments, value, code=2)
+    assert arguments[-1] in shown.err
+    assert value in shown.err
