@@ -92,7 +92,9 @@ def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
     if case.fidelity != "finite" and strained(design, steps):
         approach = deepest(steps)
         share = approach / float(crest_height(design.body))
-        found["large_strain"] = {"deepest": approach, "share": share}
+        refused = finite_faults(design, case.path_scene)
+        remedy = refused[0].remedy if refused else "take --fidelity finite"
+        found["large_strain"] = {"deepest": approach, "share": share, "remedy": remedy}
     found |= _of_contact(design, model, steps)
     last = steps[-1].measures
     if case.scene is None and not completely_slips(last, model.dimension):
