@@ -219,7 +219,7 @@ def test_the_molds_page_reports_refusals_as_they_are():
     ("name", "words", "value"),
     [
         ("explanation/accuracy.md", r"elements ([\d.]+) times smaller", SPACE_SCALES[0] / 2.8),
-        ("explanation/accuracy.md", r"pressure of ([\d.]+) \(of a slender", pressure._EDGES),
+        ("explanation/accuracy.md", r"pressure of ([\d.]+) \(less for a slender", pressure._EDGES),
         ("explanation/accuracy.md", r"contact pressure over (\d) shear", pressure._FACE),
         ("how_to/control.md", r"closes to ([\d.]+) or 1.5 times", OracleNear.margin),
         ("how_to/control.md", r"closes to 1.2 or ([\d.]+) times", OracleSafe.margin),
