@@ -188,16 +188,16 @@ def cast_data(
     changes = np.array([changes_of_finger(sources, number) for number in range(len(found))])
     row = int(np.argmax(linear.readings.normal_force))
     force = np.array([each.readings.normal_force[row] for each in found])
-    said = linear.readings.normal_force[row] + changes @ linear.normal_force[row]
+    forecast = linear.readings.normal_force[row] + changes @ linear.normal_force[row]
     readings = np.array([each.readings.reading for each in found])
     return CastData(
         fingers=len(found),
         share=share,
         interval=(max(0.0, share - half), min(1.0, share + half)),
         lifted=float(np.mean(lifted)) if lifted else 0.0,
-        by_motion=(_kept(said / design), _kept(force / design)),
+        by_motion=(_kept(forecast / design), _kept(force / design)),
         reading_std_microstrain=(_scatter(linear.reading @ changes.T), _scatter(readings.T)),
-        normal_force_std_N=(float(said.std(ddof=1)), float(force.std(ddof=1))),
+        normal_force_std_N=(float(forecast.std(ddof=1)), float(force.std(ddof=1))),
     )
 
 

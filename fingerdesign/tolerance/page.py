@@ -54,7 +54,7 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
 def _yields(found: ToleranceData) -> list[tuple[str, str]]:
     """Yields in words: by motion alone, and of real models where there are any."""
     made, known = (f"{100 * each:.0f} %" for each in found.yield_by_motion)
-    yields = [("yield by motion", f"{made} grip with 1.1 to 1.5 of the least; calibrated {known}")]
+    yields = [("yield by motion", f"{made} grip with 1.1 to 1.5 x least force; calibrated {known}")]
     if (cast := found.cast) is not None:
         low, high = (100 * each for each in cast.interval)
         text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of the lifts of {cast.fingers}"
@@ -64,10 +64,10 @@ def _yields(found: ToleranceData) -> list[tuple[str, str]]:
 
 
 def _source(source: SourceData) -> str:
-    """A cause in words: "plates in height, ± 0.05 mm: 61 % of the readings' variance"."""
+    """A cause in words: "plates in height, ± 0.05 mm: 61 % of reading variance"."""
     return (
         f"{source.words}, ± {source.tolerance:.2g} {source.unit}: "
-        f"{100 * source.share:.0f} % of the readings' variance"
+        f"{100 * source.share:.0f} % of reading variance"
     )
 
 

@@ -67,9 +67,9 @@ def test_slopes_say_what_a_mesh_of_the_moved_finger_reads(section):
     fresh = place_slopes(case, moved(frames, move), zone, SIZES).readings.reading
     right = found.readings.reading
     scale = np.abs(right).max(axis=1, keepdims=True)
-    changed, said = (fresh - right) / scale, found.reading @ move.T.ravel() / scale
+    changed, linear = (fresh - right) / scale, found.reading @ move.T.ravel() / scale
     assert np.abs(changed).max() > 0.08
-    assert np.abs(said - changed).max() < 0.015
+    assert np.abs(linear - changed).max() < 0.015
 
 
 def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
