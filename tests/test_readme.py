@@ -126,6 +126,13 @@ def test_the_commands_of_the_page_on_the_command_line_run(tmp_path, in_tmp_path,
     assert (tmp_path / "out/first.svg").is_file()
 
 
+# A tenth of the elements: commands run, and answers are other tests' matter.
+COARSE = """mesher = "sweep"
+layers = 2
+contact_size_mm = 1.2
+plate_size_mm = 1.5
+section = { contact_size_mm = 0.3, plate_size_mm = 0.3, plate_end_size_mm = 0.15 }
+"""
 FIRST = [block.split()[1:] for block in blocks("sh", "docs/tutorials/first_finger.md")]
 
 
@@ -134,7 +141,8 @@ def first_finger(in_tmp_path):
     """The folder of the page on a first finger, where its file has been written."""
     assert main(FIRST[0]) == 0
     assert "[plates]" in Path("mine.toml").read_text("utf-8")
-    Path("mine.toml").write_text(blocks("toml", "docs/tutorials/first_finger.md")[0], "utf-8")
+    design = blocks("toml", "docs/tutorials/first_finger.md")[0]
+    Path("mine.toml").write_text(f"{design}[mesh]\n{COARSE}", "utf-8")
 
 
 @pytest.mark.parametrize(
