@@ -208,7 +208,7 @@ def test_digests_tell_molds_apart_and_fingers_not_and_take_designs_alone(hand_ma
 def command(tmp_path, terminal):
     """``command(*options, code=0)``: what `mold` says that works into tmp_path / "out"."""
     path = tmp_path / "block_by_hand.toml"
-    path.write_text('[design]\nname = "block_by_hand"\n', encoding="utf-8")
+    path.write_text('design.name = "block_by_hand"\nplates.count = 3\n', encoding="utf-8")
     return partial(terminal, "mold", path, "--out", tmp_path / "out")
 
 
