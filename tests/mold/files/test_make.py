@@ -42,7 +42,6 @@ EFFECT = {
     "together": CHANGE,
 }
 
-
 LEADS = {"reason": None, "words": "4 wires", "reading_error": 0.01, "sentences": ["They are thin."]}
 
 
