@@ -172,11 +172,6 @@ class Browser:
             )
             self.call("Input.dispatchKeyEvent", type="keyUp", **held)
 
-    def busy_s(self):
-        """Processor time that the page's main thread has used since it was made, s."""
-        found = self.call("Performance.getMetrics")["metrics"]
-        return float(next(each["value"] for each in found if each["name"] == "TaskDuration"))
-
     def write(self, text):
         """Type a text into what has the focus."""
         self.call("Input.insertText", text=text)
@@ -219,8 +214,6 @@ class Browser:
     def _open(self):
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
-        # Of this thread's own time, so that what else the machine does counts for nothing.
-        self.call("Performance.enable", timeDomain="threadTicks")
         where = str(self.work / "downloads")
         self.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=where)
         self.goto(self.page, self.size)
