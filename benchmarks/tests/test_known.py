@@ -24,11 +24,14 @@ CHEAP = (
     *("patch_", "ssnv128", "wedge", "two_codes_plane_strain", "two_codes_plate", "order_ring"),
     *("flat_punch", "measured_disc", "measured_blocks", "hertz_line", "line_", "order_layer"),
 )
-# Gages at further angles in space, a model of 5 s each: `bench suite` runs them. One angle of each
-# grid is tested here, one along z, and all angles in plane strain.
+# Models of 5 to 33 s that `bench suite` runs. Tested here are one angle of each grid in space and
+# all in plane strain. Gages along z are tested on known fields in tests/fem, and a twist in
+# tests/contact; Hertz in space by a sphere, two cylinders and a dome; Spence at 0.45 by a line.
 SUITE_ALONE = {
     *("gages_0", "gages_45", "gages_90", "gages_along_z"),
-    *("gages_tee_0", "gages_tee_45", "gages_tee_90"),
+    *("gages_tee_0", "gages_tee_45", "gages_tee_90", "gages_tee_along_z"),
+    *("hertz_ball", "lubkin", "measured_ring", "order_sphere", "product_pin"),
+    "spence_sphere_45_10",
 }
 SOUND = {
     "name": "one",

@@ -20,6 +20,7 @@ from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.stages import one_thread, zone_of
+from fingerdesign.checks import load
 from fingerdesign.checks.load import load_design, with_values
 
 pytestmark = pytest.mark.slow
@@ -162,7 +163,8 @@ def test_the_whole_command(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_its_python_runs(capsys):
+def test_its_python_runs(capsys, monkeypatch):
+    monkeypatch.setattr(load, "load_design", lambda name: coarse_design())
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
     exec(compile(code, "docs/explanation/paper.md", "exec"), {})
     first, second = capsys.readouterr().out.splitlines()

@@ -138,7 +138,11 @@ def test_second_answer_is_found_and_right(dim):
 
 @pytest.fixture(scope="module")
 def quick():
-    return run_bodies(lambda message: None, quick=True)
+    """Half of what the command's --quick runs."""
+    half = {name: 2 * every for name, every in stability._QUICK.items()}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stability, "_QUICK", half)
+        return run_bodies(lambda message: None, quick=True)
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +151,7 @@ def mine(quick):
 
 
 def test_production_is_never_wrong_and_solves_all_but_forces_beyond_friction(quick, mine):
-    assert len(mine) >= 50
+    assert len(mine) >= 25
     assert max(each.verdict.rank for each in mine) <= Verdict.REFUSED.rank
     assert sum(each.verdict == Verdict.REFUSED for each in mine) < 0.3 * len(mine)
     assert {each.verdict for each in mine if each.family == BEYOND} == {Verdict.REFUSED}

@@ -119,7 +119,6 @@ far_size_mm = 3.0
 layers = 2
 """
 
-
 LIMITS = "max_approach_mm = 0.2\nmax_steps = 20\n"  # of the design's last table, [grip]
 
 

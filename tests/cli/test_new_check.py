@@ -13,7 +13,6 @@ from fingerdesign.errors import FingerDesignError
 
 ROOT = Path(__file__).parents[2]
 
-
 pytestmark = pytest.mark.usefixtures("in_tmp_path")
 
 

@@ -9,7 +9,6 @@ from fingerdesign.design.grip import GRAVITY, Grip, HardwareTable, WeightChange
 
 MASS = 200.0
 
-
 HALF = 0.5e-3 * GRAVITY * MASS
 
 

@@ -230,7 +230,6 @@ def test_a_gage_dies_during_the_grip_and_never_on_the_bench():
 
 MOVES = [(0.0, 0.02), (0.0, 0.02), (0.002, 0.01), (0.004, 0.01), (0.004, 0.0)]
 
-
 OTHER = [*MOVES[:3], (0.0, 0.01), (0.001, 0.01)]
 
 

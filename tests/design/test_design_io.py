@@ -205,7 +205,6 @@ ANY = st.recursive(
     max_leaves=6,
 )
 
-
 KEYS = [*known_keys(Design), "plates", "materials", "materials.x.source"]
 
 

@@ -51,7 +51,6 @@ DESIGN = parse_design(
 )
 POINT = np.array([[0.5, 3.2, 0.0]])
 
-
 CASES = [(kind, "P2") for kind in ("section", "half", "whole")]
 CASES += [(kind, element) for kind in ("section", "half") for element in ("P1", "mixed")]
 

@@ -352,12 +352,14 @@ SHORT = parse_design(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("along", ["x", "z"])
-def test_short_sheets_against_solid_plates_in_tetrahedra(along):
-    """fTetWild's meshes differ from run to run, and bending with them: on elements of 0.25 mm at
+def test_short_sheets_along_z_against_solid_plates_in_tetrahedra():
+    """Along x both models agree in plane strain, above.
+
+    fTetWild's meshes differ from run to run, and bending with them: on elements of 0.25 mm at
     the plates faces scatter by 0.5 % (standard deviation); worst of all pairs of 13 and 13 meshes:
-    faces 2.0 %, membrane 0.3 %, F_t 1.9 %."""
-    design, found = with_values(SHORT, {"plates.along": along}), []
+    faces 2.0 %, membrane 0.3 %, F_t 1.9 %.
+    """
+    design, found = with_values(SHORT, {"plates.along": "z"}), []
     for model in ("sheet", "solid"):
         given = with_values(design, {"plates.model": model})
         mesh = tetrahedralise(given, Zone(2.8), symmetric=False, use_cache=False)

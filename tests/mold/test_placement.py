@@ -113,7 +113,8 @@ def test_the_effect_in_space_is_as_large(three):
     (free ends and leads)."""
     leads = "[gages.leads]\ndiameter_mm = 0.02\n"
     flat = placement_effect(three, plan_mold(three), SIZES)
-    design = with_values(parse_design(THREE + leads), {"mesh.contact_size_mm": 0.8})
+    coarse = {"mesh.contact_size_mm": 1.2, "mesh.plate_size_mm": 0.8}
+    design = with_values(parse_design(THREE + leads), coarse)
     found = placement_effect(design, plan_mold(design), fidelity="3d")
     assert found["reason"] is None
     assert found["fidelity"] == "3d"

@@ -5,9 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from fingerdesign_bench.atlas.make import candidates, verdicts_of
+from fingerdesign_bench.atlas.make import candidates
 
-from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.checks.load import load_design
 from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.search.passing import atlas as module
 from fingerdesign.search.passing.atlas import (
@@ -40,6 +40,7 @@ def test_an_entry_is_of_the_design_that_it_names(entry):
 
 
 def test_an_entry_passes_all_verdicts_in_3d(entry):
+    """As they were judged; .ci/run judges the first one again: it is the finger of `make demo`."""
     assert entry.mesher in ("tetwild", "sweep")
     assert len(entry.verdicts) == 4
     assert {each.status for each in entry.verdicts} == {"pass"}
@@ -48,17 +49,9 @@ def test_an_entry_passes_all_verdicts_in_3d(entry):
 
 
 def test_the_shipped_fingers_that_pass_are_in_it():
-    whole = {each.design for each in atlas().entries if not each.values}
-    assert {*PASSING} <= whole
-
-
-@pytest.mark.slow
-def test_an_entry_passes_when_it_is_judged_again():
-    first = atlas().entries[0]
-    again = verdicts_of(with_values(first.finger(), {"mesh.mesher": first.mesher}))
-    assert [(each.name, each.status) for each in again] == [
-        (each.name, each.status) for each in first.verdicts
-    ]
+    whole = [each.design for each in atlas().entries if not each.values]
+    assert whole[0] == "film_tees"
+    assert {*PASSING} <= set(whole)
 
 
 def test_an_entry_meets_its_own_request(entry):

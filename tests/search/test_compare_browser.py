@@ -44,7 +44,6 @@ POINTS = (
 )
 NUMBERS = f"{SHOWN}.map((row) => Number(row.dataset.i))"
 
-
 EYE = "Object.values(document.getElementById('shape-{}').layout.scene.camera.eye)"
 DRAWN = "document.getElementById('forces-1').data"
 LINES = "document.getElementById('parallel-chart').data"

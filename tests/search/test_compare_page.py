@@ -129,9 +129,7 @@ def errors_and_costs(*pairs):
 
 KNEE = errors_and_costs((0.0, 10.0), (0.2, 2.0), (1.0, 0.0), (0.3, 2.0), (0.3, 1.9))
 
-
 NEXT = [KNEE[k] for k in (0, 1, 4, 2)]
-
 
 TWO = [outcome("low", safety_margin=1.0), outcome("high", safety_margin=2.0)]
 
@@ -143,15 +141,11 @@ RACE = [
     outcome("good", stick_error=0.5, cost=5.0),
 ]
 
-
 FLAT = [outcome(f"p{i}", cost=float(i)) for i in range(5)]
-
 
 DEEP = [outcome(f"d{i}", fidelity="3d", cost=10.0 + i) for i in range(2)]
 
-
 TIE = [outcome("a", cost=1.0), outcome("b", cost=1.0)]
-
 
 WIDE = errors_and_costs((0.2, 1.0), (0.1, 9.0), (0.21, 10.0))  # the third widens costs
 

@@ -31,7 +31,6 @@ goal = "min"
 cost = { at_most = 100.0 }
 """
 
-
 MADE = any_outcomes(3)
 
 

@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 import tempfile
+from itertools import pairwise
 
 import pytest
 
@@ -25,6 +26,16 @@ def pytest_configure(config):
     if not hasattr(config, "workerinput"):
         config.cache_folder = tempfile.TemporaryDirectory(prefix="fingerdesign-tests-")
         os.environ["FINGERDESIGN_CACHE"] = config.cache_folder.name
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    """Files with slow tests come first in each worker's part: short ones are left for the end."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    parts = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    ends = [len(items) * part // parts for part in range(parts + 1)]
+    for begin, end in pairwise(ends):
+        items[begin:end] = sorted(items[begin:end], key=lambda item: item.path not in slow)
 
 
 def pytest_unconfigure(config):

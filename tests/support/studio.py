@@ -1,42 +1,21 @@
-"""Moves of sliders in a real Chromium, timed from the slider to the picture.
-
-The processor time of the studio's process and of the page's thread is measured too: it is the cost
-of the studio on a machine that others use.
-"""
+"""The studio's process, and moves of its sliders in a real Chromium."""
 
 import subprocess
 import sys
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import psutil
 
-OBJECT = [("friction", 0.3 + 0.02 * k) for k in range(8)]
-OBJECT += [("shear", 0.02 + 0.01 * k) for k in range(6)]
-OBJECT += [("approach", 0.08 + 0.02 * k) for k in range(6)]
-FINGER = [("plates.angle_deg", 30.0 + 2 * k) for k in range(8)]
-FINGER += [("plates.cover_mm", 0.8 + 0.03 * k) for k in range(6)]
-FINGER += [("body.width_mm", 21.0 + 0.4 * k) for k in range(6)]
 READY = "Number(document.querySelector('.studio')?.dataset.stamp) > 0"
 # Until the numbers have changed and the browser has drawn twice since.
 _MOVE = """(async () => {
   const page = document.querySelector('.studio'), was = page.dataset.stamp;
   const slider = document.querySelector('[data-key="%s"]');
-  const begin = performance.now();
   slider.value = %s;
   slider.dispatchEvent(new Event('input'));
   while (page.dataset.stamp === was) await new Promise(requestAnimationFrame);
   for (let k = 0; k < 2; k += 1) await new Promise(requestAnimationFrame);
-  return performance.now() - begin;
 })()"""
-
-
-@dataclass(frozen=True)
-class Times:
-    """Of each move, s: by the clock; of processors, the studio's and the page's thread's."""
-
-    clock: list[float]
-    busy: list[float]
 
 
 @contextmanager
@@ -61,20 +40,9 @@ def running(*arguments, folder):
         process.stdout.close()
 
 
-def used_s(process):
-    """Processor time of a process and all that it started, s."""
-    family = [process, *process.children(recursive=True)]
-    return sum(sum(each.cpu_times()[:2]) for each in family if each.is_running())
-
-
-def moved(browser, process, moves):
-    """Times of moves, one after another."""
-    family, clock, busy = psutil.Process(process.pid), [], []
-    for key, value in moves:
-        begin = used_s(family) + browser.busy_s()
-        clock.append(1e-3 * browser.evaluate(_MOVE % (key, value)))
-        busy.append(used_s(family) + browser.busy_s() - begin)
-    return Times(clock, busy)
+def moved(browser, key, value):
+    """Move a slider, and wait for an answer."""
+    browser.evaluate(_MOVE % (key, value))
 
 
 def memory_MB(process):

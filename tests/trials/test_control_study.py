@@ -19,7 +19,7 @@ from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.records.statistics import share_of
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.train.result import finger_key
-from fingerdesign.trials.grid import Cell, ControlGrid, refuse, seed_of
+from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, refuse, seed_of
 from fingerdesign.trials.record import COLUMNS
 from fingerdesign.trials.stored import KIND, key_of, run_batches, stored_grips
 from fingerdesign.trials.study import StudyOptions, run_study
@@ -201,20 +201,17 @@ def test_a_wrong_axis_is_refused_by_its_option(change, words):
         refuse(replace(ControlGrid(), **change), ())
 
 
-# Requirements of the shipped fingers, in plane strain: a minute.
-
-
 @pytest.mark.slow
 def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
-    """Measured: none of 100; two of 1000 g are not lifted within the stage's travel."""
-    grid = replace(ControlGrid(), noises=(0.0,), tug=None)
+    """Of 16 objects. Measured: none of 100; two of 1000 g are not lifted within the travel."""
+    grid = ControlGrid(FRICTIONS[::3], MASSES_G[::3], noises=(0.0,), tug=None)
     names = ("paper", "oracle_1.2")
     study = run_study(
         load_design("maeno2000"), names, grid, tmp_path / "j", StudyOptions(workers=2)
     )
     reported = study.summary("paper")
-    assert (reported.grips, reported.dropped, reported.failed) == (100, 0, 0)
-    assert reported.not_lifted <= 5
+    assert (reported.grips, reported.dropped, reported.failed) == (16, 0, 0)
+    assert reported.not_lifted <= 2
     assert study.summary("oracle_1.2").success.rate == 1.0
 
 

@@ -150,7 +150,9 @@ def test_another_mesher_is_requested_by_name_in_three_dimensions():
 
 @pytest.mark.slow  # fTetWild's mesh of a finger, and two models in 3-D
 def test_by_another_mesher_a_finger_is_much_the_same(own_cache):
-    design = parse_design(COARSE + "[mesh]\ncontact_size_mm = 0.8\nplate_size_mm = 0.6")
+    text = COARSE.replace("count = 5", "count = 2")
+    text += "[body]\nwidth_mm = 12.0\nbase_height_mm = 5.0\ndepth_mm = 6.0\n"
+    design = parse_design(text + "[mesh]\ncontact_size_mm = 0.8\nplate_size_mm = 0.6")
     felt = []
     for fault in ("gains", "mesher"):
         bench, held = perturbed_problems(perturb(design, [fault], 3), "3d")
