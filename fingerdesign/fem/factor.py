@@ -125,17 +125,6 @@ class Condensation:
         forward[self._size :] = 0.0  # the border carries no load: K alone is solved
         return np.ascontiguousarray(self._phase(333, np.asfortranarray(forward))[: self._size])
 
-    def responses(self, loads: Array) -> Array:
-        """R K^-1 loads (r, k) for loads (n, k): half of a solve."""
-        found = np.zeros((self._count, loads.shape[1]))
-        if self._superlu is not None:
-            found[self._some] = self._rows @ self.solve(loads)
-            return found
-        bordered = np.zeros((self._bordered.shape[0], loads.shape[1]), order="F")
-        bordered[: self._size] = loads
-        found[self._some] = -self._phase(331, bordered)[self._size :]
-        return found
-
     def fields(self, forces: Array) -> Array:
         """K^-1 R^T forces (n, k) for forces (r, k) on the rows: half of a solve."""
         if self._superlu is not None:

@@ -3,7 +3,7 @@
     found = sensitivity("maeno2000", "pull", ["placement[7].y_mm", "object.friction_coefficient"])
     found.reading[3, 7]      # of gage 7 at row 3, microstrain per mm and per unit of friction
 
-One analysis; half of a solve for each parameter and increment, and for nodes at borders.
+One analysis, one field of each contact dof and gage, and no solve per parameter.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.moved import plate_weights
 from fingerdesign.sensitivity.areas import OwnRates, area_rates, border_pairs
 from fingerdesign.sensitivity.change import Change
-from fingerdesign.sensitivity.model import Responses, responses_of
+from fingerdesign.sensitivity.model import ResponseFields, response_fields
 from fingerdesign.sensitivity.parts import change_of, rows_of_plates
 from fingerdesign.sensitivity.path import near_nodes, path_rates
 from fingerdesign.sensitivity.variant import Parameter, parameters_of
@@ -127,7 +127,7 @@ def derivatives(
     nodes = near_nodes(problem, increments)
     changes = changes_of(design, model, parameters)
     ends = np.cumsum([len(step.row) for step in steps]) - 1
-    found = IncrementRates(problem, responses_of(model.condensed, nodes), changes, increments)
+    found = IncrementRates(problem, response_fields(model.condensed, nodes), changes, increments)
     total, gages = found.at(ends)
     return Sensitivity(
         names=tuple(parameter.name for parameter in parameters),
@@ -152,7 +152,7 @@ def changes_of(
 
 
 class IncrementRates:
-    """Rates of a path's increments with all parameters; responses: of the nodes that touch.
+    """Rates of a path's increments with all parameters; fields: of the nodes that touch.
 
     path: of the contact; explicit (K, n, dim, P): of local displacements under fixed forces;
     readings (P, K, 2 plates): of strains under them; frames (n, dim, dim, P).
@@ -161,23 +161,23 @@ class IncrementRates:
     def __init__(
         self,
         problem: ContactProblem,
-        responses: Responses,
+        fields: ResponseFields,
         changes: Sequence[Change],
         increments: Sequence[Increment],
     ) -> None:
-        self._problem, self._responses, self._increments = problem, responses, increments
+        self._problem, self._fields, self._increments = problem, fields, increments
         self._changes = changes
-        nodes = responses.nodes
+        nodes = fields.nodes
         count, dim, size, past = len(nodes), problem.shape[1], len(changes), len(increments)
         force = np.array([increment.force[nodes] for increment in increments])
         left, sizes, right = svd(force.reshape(past, -1).T, full_matrices=False)
         rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
-        basis = responses.change_of(changes, left[:, :rank])
+        basis = fields.change_of(changes, left[:, :rank])
         free = ~problem.model.locked[nodes].reshape(-1)  # on the mirror plane z does not yield
-        basis[:, : responses.contact] *= free[:, None]
+        basis[:, : fields.contact] *= free[:, None]
         rates = basis @ (sizes[:rank, None] * right[:rank])
-        moved = rates[:, : responses.contact].reshape(size, count, dim, past)
-        self.readings = rates[:, responses.contact :].transpose(0, 2, 1)
+        moved = rates[:, : fields.contact].reshape(size, count, dim, past)
+        self.readings = rates[:, fields.contact :].transpose(0, 2, 1)
         self.frames = np.zeros((count, dim, dim, size))
         modes, gap = np.zeros((5, count, dim, size)), np.zeros((count, size))
         for p, change in enumerate(changes):
@@ -188,7 +188,7 @@ class IncrementRates:
         self.explicit[:, :, 0] += gap
         amplitudes = np.array([increment.motion.amplitudes for increment in increments])
         self.explicit += np.einsum("ka,anip->knip", amplitudes, modes, optimize=True)
-        self._compliance = responses.values[: responses.contact, : responses.contact]
+        self._compliance = fields.values[: fields.contact, : fields.contact]
         if self.frames.any():
             self.explicit += self._turned(force)
         self._friction = np.array([change.friction for change in changes])
@@ -197,7 +197,7 @@ class IncrementRates:
     def _turned(self, force: Array) -> Array:
         """Rates (K, n, dim, P) of local displacements as the frames turn, and forces with them."""
         past, count, dim = force.shape
-        nodes, compliance = self._responses.nodes, self._compliance
+        nodes, compliance = self._fields.nodes, self._compliance
         yielded = (force.reshape(past, -1) @ compliance.T).reshape(force.shape)
         found = np.einsum("nabp,knb->knap", self.frames, yielded)
         local = np.array([increment.multiplier[nodes] for increment in self._increments])
@@ -208,15 +208,15 @@ class IncrementRates:
     def at(self, ends: IntArray) -> tuple[Array, Array]:
         """Rates of the whole finger's force (k, dim, P) N on it, less its sign along y, and of its
         gages (k, plates, 2, P) microstrain, at some increments."""
-        problem, responses = self._problem, self._responses
-        nodes, contact = responses.nodes, responses.contact
+        problem, fields = self._problem, self._fields
+        nodes, contact = fields.nodes, fields.contact
         force = np.einsum("nab,knap->knbp", problem.frames[nodes], self.path.multiplier[ends])
         for k, end in enumerate(ends):
             local = self._increments[end].multiplier[nodes]
             force[k] += np.einsum("nabp,na->nbp", self.frames, local)
         total = problem.model.symmetry_factor * force.sum(axis=1)
         flat = force.reshape(len(ends), contact, -1)
-        strain = responses.values[contact:, :contact] @ flat
+        strain = fields.values[contact:, :contact] @ flat
         strain += self.readings[:, ends].transpose(1, 2, 0)
         return total, MICRO * strain.reshape(len(ends), -1, 2, flat.shape[2])
 
@@ -227,7 +227,7 @@ class IncrementRates:
         for p, change in enumerate(self._changes):
             if change.facing is not None:
                 areas[:, p], facets[:, p] = change.facing.areas, change.facing.facet_areas
-        pairs = border_pairs(self._problem, steps, self._responses.nodes)
+        pairs = border_pairs(self._problem, steps, self._fields.nodes)
         own = OwnRates(pairs, self._between(*pairs), areas, facets, self._friction)
         areas = area_rates(self._problem, steps, self.path, own)
         contact, stick = (
@@ -239,13 +239,13 @@ class IncrementRates:
 
     def _between(self, first: IntArray, second: IntArray) -> Array:
         """Rates (pairs, P) of normal displacements of near nodes by normal forces on others."""
-        responses, count = self._responses, len(self._responses.nodes)
-        normals = self._problem.frames[responses.nodes, 0]
+        fields, count = self._fields, len(self._fields.nodes)
+        normals = self._problem.frames[fields.nodes, 0]
         unit = np.zeros((2, count, normals.shape[1], len(first)))
         for k, own in enumerate((first, second)):
             unit[k, own, :, np.arange(len(own))] = normals[own]
-        left, right = unit.reshape(2, responses.contact, -1)
-        found = responses.between(self._changes, left, right).T
+        left, right = unit.reshape(2, fields.contact, -1)
+        found = fields.between(self._changes, left, right).T
         crossed = self._compliance.reshape(*normals.shape, *normals.shape)
         for one, two in ((first, second), (second, first)):
             block = crossed[one, :, two]  # of the displacement of one by forces on two

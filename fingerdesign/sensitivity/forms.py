@@ -27,7 +27,7 @@ from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, pressure_nodes
 from fingerdesign.sensitivity.change import Change
 
-_ENTRIES = 2_000_000  # Of the largest temporary array: 16 MB.
+_ENTRIES = 4_000_000  # Of the largest temporary array: 32 MB.
 
 
 @dataclass(frozen=True)
@@ -37,23 +37,24 @@ class Fields:
     moved: Array
     pressure: Array
 
+    def times(self, shares: Array) -> "Fields":
+        """Sums (of ``shares`` (j, i)) of the first j fields."""
+        first, (nodes, dim, count) = len(shares), self.moved.shape
+        moved = self.moved.reshape(-1, count)[:, :first] @ shares
+        return Fields(moved.reshape(nodes, dim, -1), self.pressure[:, :first] @ shares)
 
-def reactions(body: Body, fields: Fields, changes: Sequence[Change]) -> Fields:
-    """(dK/dp) u of every change and field, N; the fields of a change stand side by side."""
-    count = fields.moved.shape[2]
-    force, flow = (
-        np.zeros((*each.shape[:-1], len(changes) * count))
-        for each in (fields.moved, fields.pressure)
-    )
+
+def products(body: Body, left: Fields, right: Fields, changes: Sequence[Change]) -> Array:
+    """w^T (dK/dp) u (changes, left, right), N mm: K's derivative between each pair of fields."""
+    found = np.zeros((len(changes), left.moved.shape[2], right.moved.shape[2]))
     active = [_active(body, change) for change in changes]
-    for part in _parts(body, active, count):
-        here = _State(part, fields)
+    for part in _parts(body, active, found.shape[2]):
+        here = _State(part, right)
         for number, change in enumerate(changes):
             own = active[number][part.cells]
             if own.any():
-                mine = slice(number * count, (number + 1) * count)
-                here.react(change, own, force[..., mine], flow[:, mine])
-    return Fields(force, flow)
+                found[number] += here.product(change, own, left)
+    return found
 
 
 def energies(body: Body, left: Fields, right: Fields, changes: Sequence[Change]) -> Array:
@@ -107,15 +108,15 @@ def _parts(body: Body, active: Sequence[BoolArray], fields: int) -> Iterator["_P
 
 
 class _Part:
-    """Some cells, with gradients, stresses and pressures of k fields at their q points.
+    """Some cells, with the gradients of shape functions at their q points.
 
-    Gradients and stresses are (cells, points, derivative, component, fields)."""
+    Gradients are (cells, points, derivative, component, fields)."""
 
     def __init__(self, body: Body, cells: IntArray, numbers: IntArray) -> None:
         mesh, self.cells = body.mesh, cells
         order, self.nodes = strain_order(mesh.kind), mesh.cells[cells]
         slopes, weights = physical_gradients(mesh.points, self.nodes, order)
-        self.shape = (*weights.shape, mesh.dimension)
+        self.shape = (*weights.shape[1:], mesh.dimension)
         # (c, q d, n): products over cells are then those of matrices.
         self.slopes = slopes.swapaxes(2, 3).reshape(len(cells), -1, self.nodes.shape[1])
         self.weights = weights * body.thickness
@@ -123,102 +124,112 @@ class _Part:
         self.hats = tabulate(mesh.kind, *rule, degree=1).value  # (corners, q)
         self.numbers, self.mixed = numbers[cells], body.pressed[cells]
         self.first, shear = lame_parameters(body.youngs_modulus[cells], body.poissons_ratio[cells])
-        self.law = np.where(self.mixed, 0.0, self.first), shear
+        self.law = _law(np.where(self.mixed, 0.0, self.first), shear, mesh.dimension)
 
-    def gradients(self, moved: Array) -> Array:
-        """Gradients of fields (n, d, k) of the mesh."""
-        own = moved[self.nodes].reshape(*self.nodes.shape, -1)
-        return np.asarray(self.slopes @ own).reshape(*self.shape, self.shape[2], -1)
+    def gradients(self, moved: Array, own: BoolArray | slice = slice(None)) -> Array:
+        """Gradients of fields (n, d, k) of the mesh, in cells ``own``."""
+        nodes = self.nodes[own]
+        found = self.slopes[own] @ moved[nodes].reshape(*nodes.shape, -1)
+        return np.asarray(found.reshape(len(nodes), *self.shape, self.shape[1], -1))
+
+    def rates(self, change: Change, own: BoolArray) -> Array:
+        """Matrices (c, q, d d + 1, d d + 1), with the points' weights: S and r of the module's
+        equations are they times gradient and pressure."""
+        dim, first, law = self.shape[1], self.first[own, None], self.law[own, None]
+        one = np.eye(dim)
+        found = np.zeros((len(first), self.shape[0], dim**2 + 1, dim**2 + 1))
+        if change.velocity is not None:
+            flow = self.gradients(change.velocity[:, :, None], own)[..., 0]  # (c, q, j, i)
+            growth = np.einsum("cqii->cq", flow)
+            square = (*growth.shape, dim**2, dim**2)
+            still = -np.einsum("cqlj,ik->cqjilk", flow, one).reshape(square)
+            still += growth[:, :, None, None] * np.eye(dim**2)
+            turn = np.einsum("cqjl,ik->cqjilk", flow, one).reshape(square)
+            found[..., :-1, :-1] = still @ law - law @ turn
+            found[..., :-1, -1] = -still @ one.ravel()
+            found[..., -1, :-1] = growth[:, :, None] * one.ravel()
+            found[..., -1, :-1] -= flow.swapaxes(2, 3).reshape(*growth.shape, -1)
+            found[..., -1, -1] = growth / first
+        if change.moduli is not None:
+            rise, shear = change.moduli[:, self.cells[own]]
+            inner = np.where(self.mixed[own], 0.0, rise)
+            found[..., :-1, :-1] += _law(inner, shear, dim)[:, None]
+            found[..., -1, -1] -= rise[:, None] / first**2
+        found *= self.weights[own][:, :, None, None]
+        return found
 
 
 class _State:
-    """Gradients, stresses and pressures of k fields at the points of some cells."""
+    """Gradients and pressures (c, q, d d + 1, k) of k fields at the points of some cells."""
 
     def __init__(self, part: _Part, fields: Fields) -> None:
         self.part = part
-        self.grad = part.gradients(fields.moved)
-        self.div = np.einsum("cqiik->cqk", self.grad)
-        self.pressure = np.zeros_like(self.div)
+        grad = part.gradients(fields.moved)
+        count, (points, dim), size = len(grad), part.shape, grad.shape[-1]
+        self.both = np.zeros((count, points, dim**2 + 1, size))
+        self.both[:, :, :-1] = grad.reshape(count, points, dim**2, size)
         if part.mixed.any():
             own = fields.pressure[part.numbers[part.mixed]]
-            self.pressure[part.mixed] = part.hats.T @ own
-        self.stress = _stress(self.grad, *part.law)
-        for i in range(self.grad.shape[2]):
-            self.stress[:, :, i, i] -= self.pressure
+            self.both[part.mixed, :, -1] = part.hats.T @ own
 
-    def react(self, change: Change, own: BoolArray, force: Array, flow: Array) -> None:
-        """Add (dK/dp) u of the cells ``own`` to nodal forces (n, d, k), and to pressures' flows."""
-        part = self.part
-        stress, rate = self._changed(change, own)
-        weights, nodes = part.weights[own], part.nodes[own]
-        stress *= weights[:, :, None, None, None]
-        flat = stress.reshape(len(nodes), part.slopes.shape[1], -1)
-        _add(force, nodes, part.slopes[own].swapaxes(1, 2) @ flat)
+    def product(self, change: Change, own: BoolArray, left: Fields) -> Array:
+        """This part's share (left, right) in the product of one change, of the cells ``own``."""
+        part, rates, both = self.part, self.part.rates(change, own), self.both[own]
+        stress = (rates[:, :, :-1] @ both).reshape(len(both), part.slopes.shape[1], -1)
+        used, total = _summed(part.nodes[own], part.slopes[own].swapaxes(1, 2) @ stress)
+        left_moved = left.moved[used].reshape(-1, left.moved.shape[2])
+        found = left_moved.T @ total.reshape(len(left_moved), -1)
         mixed = part.mixed[own]
         if mixed.any():
-            rate = rate[mixed] * weights[mixed][:, :, None]
-            _add(flow, part.numbers[own][mixed], -(part.hats @ rate))
-
-    def _changed(self, change: Change, own: BoolArray) -> tuple[Array, Array]:
-        """S and r of the module's equations."""
-        part = self.part
-        grad, pressure = self.grad[own], self.pressure[own]
-        first = part.first[own, None, None]
-        stress, rate = np.zeros_like(grad), np.zeros_like(pressure)
-        if change.velocity is not None:
-            flow = part.gradients(change.velocity[:, :, None])[own][..., 0]  # (c, q, j, i)
-            growth = np.einsum("cqii->cq", flow)[:, :, None]
-            whole = (*grad.shape[:3], -1)
-            turned = (flow @ grad.reshape(whole)).reshape(grad.shape)
-            carried = flow.swapaxes(2, 3) @ self.stress[own].reshape(whole)
-            stress += self.stress[own] * growth[:, :, None, None]
-            stress -= carried.reshape(grad.shape)
-            stress -= _stress(turned, part.law[0][own], part.law[1][own])
-            rate += self.div[own] * growth - np.einsum("cqiik->cqk", turned)
-            rate += pressure * growth / first
-        if change.moduli is not None:
-            one, two = change.moduli[:, part.cells[own]]
-            mixed = part.mixed[own]
-            stress += _stress(grad, np.where(mixed, 0.0, one), two)
-            rate -= pressure * one[:, None, None] / first**2
-        return stress, rate
+            flow = part.hats @ (rates[mixed, :, -1:] @ both[mixed])[:, :, 0]
+            used, total = _summed(part.numbers[own][mixed], flow)
+            found -= left.pressure[used].T @ total
+        return np.asarray(found)
 
     def energy_with(self, other: "_State") -> tuple[Array, Array, Array]:
         """Of w^T dK u, with the other state's w: nodal forces (c, n, d, k), N, which velocities are
         multiplied with, and what both Lame parameters of a cell are, (c, k) mm^3."""
-        part, same = self.part, other is self
+        part = self.part
         weights, first = part.weights[:, :, None], part.first[:, None, None]
-        tensor = np.einsum("cqjik,cqlik->cqjlk", self.stress, other.grad)
-        if not same:
-            tensor = 0.5 * (tensor + np.einsum("cqjik,cqlik->cqjlk", other.stress, self.grad))
-        tensor *= -2.0
-        loss = other.pressure * (self.div + self.pressure / first)
-        whole = np.einsum("cqjik,cqjik->cqk", self.stress, other.grad) - loss
-        for i in range(tensor.shape[2]):
+        grad, div, pressure, stress = self._parts()
+        others, other_div, other_pressure, other_stress = other._parts()
+        tensor = -np.einsum("cqjik,cqlik->cqjlk", stress, others)
+        tensor += tensor if other is self else -np.einsum("cqjik,cqlik->cqjlk", other_stress, grad)
+        whole = np.einsum("cqjik,cqjik->cqk", stress, others)
+        whole -= other_pressure * (div + pressure / first)
+        for i in range(part.shape[1]):
             tensor[:, :, i, i] += whole
         tensor *= weights[:, :, None, None]
-        flat = tensor.reshape(len(part.cells), part.slopes.shape[1], -1)
-        force = part.slopes.swapaxes(1, 2) @ flat
-        volume = self.div * other.div
-        volume[part.mixed] = (self.pressure * other.pressure / first**2)[part.mixed]
-        shear = np.einsum("cqjik,cqjik->cqk", self.grad + self.grad.swapaxes(2, 3), other.grad)
+        force = part.slopes.swapaxes(1, 2) @ tensor.reshape(len(grad), part.slopes.shape[1], -1)
+        volume = div * other_div
+        volume[part.mixed] = (pressure * other_pressure / first**2)[part.mixed]
+        shear = np.einsum("cqjik,cqjik->cqk", grad + grad.swapaxes(2, 3), others)
         return force, (weights * volume).sum(axis=1), (weights * shear).sum(axis=1)
 
+    def _parts(self) -> tuple[Array, Array, Array, Array]:
+        """Gradients, their traces, pressures, and stresses."""
+        part, flat, pressure = self.part, self.both[:, :, :-1], self.both[:, :, -1]
+        whole = (*self.both.shape[:2], part.shape[1], part.shape[1], -1)
+        grad, stress = flat.reshape(whole), (part.law[:, None] @ flat).reshape(whole)
+        for i in range(part.shape[1]):
+            stress[:, :, i, i] -= pressure
+        return grad, np.einsum("cqiik->cqk", grad), pressure, stress
 
-def _stress(grad: Array, first: Array, shear: Array) -> Array:
-    """lame tr I + 2 mu sym of gradients (c, q, d, d, k)."""
-    found = shear[:, None, None, None, None] * (grad + grad.swapaxes(2, 3))
-    trace = first[:, None, None] * np.einsum("cqiik->cqk", grad)
-    for i in range(grad.shape[2]):
-        found[:, :, i, i] += trace
-    return np.asarray(found)
+
+def _law(first: Array, shear: Array, dim: int) -> Array:
+    """lame tr I + 2 mu sym, as matrices (c, d d, d d) on gradients."""
+    one = np.eye(dim)
+    whole = np.outer(one, one)
+    turned = np.einsum("jk,il->jilk", one, one).reshape(whole.shape)
+    own = np.eye(dim**2) + turned
+    return np.asarray(first[:, None, None] * whole + shear[:, None, None] * own)
 
 
-def _add(total: Array, nodes: IntArray, values: Array) -> None:
-    """Add values of cells (c, n, ...) to those of their ``nodes`` (c, n) in ``total``."""
+def _summed(nodes: IntArray, values: Array) -> tuple[IntArray, Array]:
+    """Nodes (u,) that occur, and sums (u, ...) of ``values`` (c, n, ...) at them."""
     used, place = np.unique(nodes, return_inverse=True)
     count = nodes.size
     add = sp.csr_matrix(
         (np.ones(count), (place.reshape(-1), np.arange(count))), shape=(len(used), count)
     )
-    total[used] += (add @ values.reshape(count, -1)).reshape(len(used), *total.shape[1:])
+    return used, np.asarray(add @ values.reshape(count, -1))

@@ -38,7 +38,7 @@ from fingerdesign.sensing.identify.latents import AXES, Latent
 from fingerdesign.sensing.model import MESHED
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.derive import IncrementRates, changes_of, face_mean
-from fingerdesign.sensitivity.model import responses_of
+from fingerdesign.sensitivity.model import response_fields
 from fingerdesign.sensitivity.path import near_nodes
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
 from fingerdesign.version import __version__
@@ -104,7 +104,7 @@ def _differences(
             for phase, problem in zip(phases, problems, strict=True)
         ]
     nodes = near_nodes(problems[0], [step.increment for steps in paths for step in steps])
-    responses = responses_of(condensed.condensed, nodes, by_fields=True)
+    fields = response_fields(condensed.condensed, nodes)
     known: dict[str, Change] = {}
     names, factors = zip(*(_parameter_of(design, latent) for latent in latents), strict=True)
     moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
@@ -115,7 +115,7 @@ def _differences(
         changes = changes_of(design, condensed, parameters_of(design, scene, new))
         known |= {change.name: change for change in changes}
         own = [known[name] for name in names]
-        rates = IncrementRates(problem, responses, own, [s.increment for s in steps])
+        rates = IncrementRates(problem, fields, own, [s.increment for s in steps])
         slopes = _slopes(rates, design, len(steps), factors)
         moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
         report(f"sensitivities: {len(moved)} of {len(phases)} phases")
