@@ -27,7 +27,7 @@ from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, pressure_nodes
 from fingerdesign.sensitivity.change import Change
 
-_ENTRIES = 4_000_000  # Of the largest temporary array: 32 MB.
+_ENTRIES = 8_000_000  # Of the largest temporary array: 64 MB.
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,11 @@ def products(body: Body, left: Fields, right: Fields, changes: Sequence[Change])
     found = np.zeros((len(changes), left.moved.shape[2], right.moved.shape[2]))
     active = [_active(body, change) for change in changes]
     for part in _parts(body, active, found.shape[2]):
-        here = _State(part, right)
+        here, moved = _State(part, right), left.moved[part.used].reshape(-1, found.shape[1])
         for number, change in enumerate(changes):
             own = active[number][part.cells]
             if own.any():
-                found[number] += here.product(change, own, left)
+                found[number] += here.product(change, own, moved, left.pressure)
     return found
 
 
@@ -115,6 +115,8 @@ class _Part:
     def __init__(self, body: Body, cells: IntArray, numbers: IntArray) -> None:
         mesh, self.cells = body.mesh, cells
         order, self.nodes = strain_order(mesh.kind), mesh.cells[cells]
+        self.used, place = np.unique(self.nodes, return_inverse=True)
+        self.place = place.reshape(self.nodes.shape)
         slopes, weights = physical_gradients(mesh.points, self.nodes, order)
         self.shape = (*weights.shape[1:], mesh.dimension)
         # (c, q d, n): products over cells are then those of matrices.
@@ -172,18 +174,24 @@ class _State:
             own = fields.pressure[part.numbers[part.mixed]]
             self.both[part.mixed, :, -1] = part.hats.T @ own
 
-    def product(self, change: Change, own: BoolArray, left: Fields) -> Array:
-        """This part's share (left, right) in the product of one change, of the cells ``own``."""
+    def product(self, change: Change, own: BoolArray, moved: Array, pressure: Array) -> Array:
+        """This part's share (left, right) in the product of one change, of the cells ``own``.
+
+        moved (u dim, left): left fields at the part's nodes; pressure: of the whole body.
+        """
         part, rates, both = self.part, self.part.rates(change, own), self.both[own]
         stress = (rates[:, :, :-1] @ both).reshape(len(both), part.slopes.shape[1], -1)
-        used, total = _summed(part.nodes[own], part.slopes[own].swapaxes(1, 2) @ stress)
-        left_moved = left.moved[used].reshape(-1, left.moved.shape[2])
-        found = left_moved.T @ total.reshape(len(left_moved), -1)
+        used, total = _summed(part.place[own], part.slopes[own].swapaxes(1, 2) @ stress)
+        total = total.reshape(-1, both.shape[-1])
+        if len(used) < len(part.used):
+            dim = part.shape[1]
+            moved = moved[(used[:, None] * dim + np.arange(dim)).ravel()]
+        found = moved.T @ total
         mixed = part.mixed[own]
         if mixed.any():
             flow = part.hats @ (rates[mixed, :, -1:] @ both[mixed])[:, :, 0]
             used, total = _summed(part.numbers[own][mixed], flow)
-            found -= left.pressure[used].T @ total
+            found -= pressure[used].T @ total
         return np.asarray(found)
 
     def energy_with(self, other: "_State") -> tuple[Array, Array, Array]:
