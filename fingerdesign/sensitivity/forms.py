@@ -16,7 +16,7 @@ two given fields it is linear in D (Eshelby's tensor), whatever the parameter:
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import scipy.sparse as sp
@@ -27,7 +27,7 @@ from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, pressure_nodes
 from fingerdesign.sensitivity.change import Change
 
-_ENTRIES = 8_000_000  # Of the largest temporary array: 64 MB.
+_ENTRIES = 3_000_000  # Of the largest temporary array: 24 MB.
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,14 @@ def products(body: Body, left: Fields, right: Fields, changes: Sequence[Change])
     found = np.zeros((len(changes), left.moved.shape[2], right.moved.shape[2]))
     active = [_active(body, change) for change in changes]
     for part in _parts(body, active, found.shape[2]):
-        here, moved = _State(part, right), left.moved[part.used].reshape(-1, found.shape[1])
-        for number, change in enumerate(changes):
-            own = active[number][part.cells]
-            if own.any():
-                found[number] += here.product(change, own, moved, left.pressure)
+        here = _State.of(part, right)
+        alike: dict[bytes, list[int]] = {}
+        for number, whole in enumerate(active):
+            alike.setdefault(whole[part.cells].tobytes(), []).append(number)
+        for own, numbers in alike.items():
+            cells = np.frombuffer(own, dtype=bool)
+            if cells.any():
+                found[numbers] += here.only(cells).products([changes[n] for n in numbers], left)
     return found
 
 
@@ -62,8 +65,8 @@ def energies(body: Body, left: Fields, right: Fields, changes: Sequence[Change])
     found = np.zeros((len(changes), right.moved.shape[2]))
     active = [_active(body, change) for change in changes]
     for part in _parts(body, active, found.shape[1]):
-        here = _State(part, right)
-        there = here if left is right else _State(part, left)
+        here = _State.of(part, right)
+        there = here if left is right else _State.of(part, left)
         force, volume, shear = here.energy_with(there)
         for number, change in enumerate(changes):
             own = active[number][part.cells]
@@ -96,103 +99,134 @@ def _pressure_numbers(body: Body) -> IntArray:
     return numbers
 
 
-def _parts(body: Body, active: Sequence[BoolArray], fields: int) -> Iterator["_Part"]:
-    """The cells that any change changes, so many at a time as memory allows for ``fields``."""
+def _parts(body: Body, active: Sequence[BoolArray], count: int) -> Iterator["_Part"]:
+    """The cells that any change changes, as many at a time as memory has for ``count`` fields."""
     kind = body.mesh.kind
     points = quadrature(kind, strain_order(kind))[1].size
-    size = max(1, _ENTRIES // (points * body.mesh.dimension**2 * max(fields, 1)))
+    size = max(1, _ENTRIES // (points * body.mesh.dimension**2 * max(count, 1)))
     numbers = _pressure_numbers(body)
     some = np.flatnonzero(np.any(active, axis=0)) if len(active) else np.empty(0, dtype=np.int64)
     for start in range(0, len(some), size):
-        yield _Part(body, some[start : start + size], numbers)
+        yield _Part.of(body, some[start : start + size], numbers)
 
 
+@dataclass(frozen=True)
 class _Part:
-    """Some cells, with the gradients of shape functions at their q points.
+    """c cells, with the gradients of n shape functions at their q points.
 
-    Gradients are (cells, points, derivative, component, fields)."""
+    slopes (c, q d, n): products over cells are then those of matrices; weights (c, q); numbers
+    (c, corners) of pressures, in ``mixed`` cells (c,); first (c,) and law (c, d d, d d): of
+    Lame's first parameter, and of what of it is not the pressure's; hats (corners, q).
+    """
 
-    def __init__(self, body: Body, cells: IntArray, numbers: IntArray) -> None:
-        mesh, self.cells = body.mesh, cells
-        order, self.nodes = strain_order(mesh.kind), mesh.cells[cells]
-        self.used, place = np.unique(self.nodes, return_inverse=True)
-        self.place = place.reshape(self.nodes.shape)
-        slopes, weights = physical_gradients(mesh.points, self.nodes, order)
-        self.shape = (*weights.shape[1:], mesh.dimension)
-        # (c, q d, n): products over cells are then those of matrices.
-        self.slopes = slopes.swapaxes(2, 3).reshape(len(cells), -1, self.nodes.shape[1])
-        self.weights = weights * body.thickness
-        rule = quadrature(mesh.kind, order)
-        self.hats = tabulate(mesh.kind, *rule, degree=1).value  # (corners, q)
-        self.numbers, self.mixed = numbers[cells], body.pressed[cells]
-        self.first, shear = lame_parameters(body.youngs_modulus[cells], body.poissons_ratio[cells])
-        self.law = _law(np.where(self.mixed, 0.0, self.first), shear, mesh.dimension)
+    cells: IntArray
+    nodes: IntArray
+    slopes: Array
+    weights: Array
+    numbers: IntArray
+    mixed: BoolArray
+    first: Array
+    law: Array
+    hats: Array
 
-    def gradients(self, moved: Array, own: BoolArray | slice = slice(None)) -> Array:
-        """Gradients of fields (n, d, k) of the mesh, in cells ``own``."""
-        nodes = self.nodes[own]
-        found = self.slopes[own] @ moved[nodes].reshape(*nodes.shape, -1)
-        return np.asarray(found.reshape(len(nodes), *self.shape, self.shape[1], -1))
+    @classmethod
+    def of(cls, body: Body, cells: IntArray, numbers: IntArray) -> "_Part":
+        """These cells of a body."""
+        mesh, mixed = body.mesh, body.pressed[cells]
+        order, nodes = strain_order(mesh.kind), mesh.cells[cells]
+        slopes, weights = physical_gradients(mesh.points, nodes, order)
+        slopes = slopes.swapaxes(2, 3).reshape(len(cells), -1, nodes.shape[1])
+        hats = tabulate(mesh.kind, *quadrature(mesh.kind, order), degree=1).value
+        first, shear = lame_parameters(body.youngs_modulus[cells], body.poissons_ratio[cells])
+        law = _law(np.where(mixed, 0.0, first), shear, mesh.dimension)
+        weights = weights * body.thickness
+        return cls(cells, nodes, slopes, weights, numbers[cells], mixed, first, law, hats)
 
-    def rates(self, change: Change, own: BoolArray) -> Array:
-        """Matrices (c, q, d d + 1, d d + 1), with the points' weights: S and r of the module's
-        equations are they times gradient and pressure."""
-        dim, first, law = self.shape[1], self.first[own, None], self.law[own, None]
-        one = np.eye(dim)
-        found = np.zeros((len(first), self.shape[0], dim**2 + 1, dim**2 + 1))
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Points in a cell, and dimension."""
+        points = self.weights.shape[1]
+        return points, self.slopes.shape[1] // points
+
+    def only(self, own: BoolArray) -> "_Part":
+        """Some of the cells."""
+        every = {each.name: getattr(self, each.name) for each in fields(self)}
+        return _Part(
+            **{name: each if name == "hats" else each[own] for name, each in every.items()}
+        )
+
+    def gradients(self, moved: Array) -> Array:
+        """Gradients (c, q, derivative, component, k) of fields (n, d, k) of the mesh."""
+        found = self.slopes @ moved[self.nodes].reshape(*self.nodes.shape, -1)
+        return np.asarray(found.reshape(len(found), *self.shape, self.shape[1], -1))
+
+    def rates(self, change: Change) -> tuple[Array, Array]:
+        """Matrices (c, q, d d, d d + 1) and (c, q, 1, d d + 1), with the points' weights: S and r
+        of the module's equations are they times gradient and pressure."""
+        (points, dim), first, law = self.shape, self.first[:, None], self.law[:, None]
+        one, count = np.eye(dim), len(self.cells)
+        stress = np.zeros((count, points, dim**2, dim**2 + 1))
+        rate = np.zeros((count, points, 1, dim**2 + 1))
         if change.velocity is not None:
-            flow = self.gradients(change.velocity[:, :, None], own)[..., 0]  # (c, q, j, i)
+            flow = self.gradients(change.velocity[:, :, None])[..., 0]  # (c, q, j, i)
             growth = np.einsum("cqii->cq", flow)
             square = (*growth.shape, dim**2, dim**2)
             still = -np.einsum("cqlj,ik->cqjilk", flow, one).reshape(square)
             still += growth[:, :, None, None] * np.eye(dim**2)
             turn = np.einsum("cqjl,ik->cqjilk", flow, one).reshape(square)
-            found[..., :-1, :-1] = still @ law - law @ turn
-            found[..., :-1, -1] = -still @ one.ravel()
-            found[..., -1, :-1] = growth[:, :, None] * one.ravel()
-            found[..., -1, :-1] -= flow.swapaxes(2, 3).reshape(*growth.shape, -1)
-            found[..., -1, -1] = growth / first
+            stress[..., :-1] = still @ law - law @ turn
+            stress[..., -1] = -still @ one.ravel()
+            rate[..., 0, :-1] = growth[:, :, None] * one.ravel()
+            rate[..., 0, :-1] -= flow.swapaxes(2, 3).reshape(*growth.shape, -1)
+            rate[..., 0, -1] = growth / first
         if change.moduli is not None:
-            rise, shear = change.moduli[:, self.cells[own]]
-            inner = np.where(self.mixed[own], 0.0, rise)
-            found[..., :-1, :-1] += _law(inner, shear, dim)[:, None]
-            found[..., -1, -1] -= rise[:, None] / first**2
-        found *= self.weights[own][:, :, None, None]
-        return found
+            rise, shear = change.moduli[:, self.cells]
+            stress[..., :-1] += _law(np.where(self.mixed, 0.0, rise), shear, dim)[:, None]
+            rate[..., 0, -1] -= rise[:, None] / first**2
+        weights = self.weights[:, :, None, None]
+        return stress * weights, rate * weights
 
 
+@dataclass(frozen=True)
 class _State:
     """Gradients and pressures (c, q, d d + 1, k) of k fields at the points of some cells."""
 
-    def __init__(self, part: _Part, fields: Fields) -> None:
-        self.part = part
-        grad = part.gradients(fields.moved)
+    part: _Part
+    both: Array
+
+    @classmethod
+    def of(cls, part: _Part, given: Fields) -> "_State":
+        """The state of fields of the body."""
+        grad = part.gradients(given.moved)
         count, (points, dim), size = len(grad), part.shape, grad.shape[-1]
-        self.both = np.zeros((count, points, dim**2 + 1, size))
-        self.both[:, :, :-1] = grad.reshape(count, points, dim**2, size)
+        both = np.zeros((count, points, dim**2 + 1, size))
+        both[:, :, :-1] = grad.reshape(count, points, dim**2, size)
         if part.mixed.any():
-            own = fields.pressure[part.numbers[part.mixed]]
-            self.both[part.mixed, :, -1] = part.hats.T @ own
+            own = given.pressure[part.numbers[part.mixed]]
+            both[part.mixed, :, -1] = part.hats.T @ own
+        return cls(part, both)
 
-    def product(self, change: Change, own: BoolArray, moved: Array, pressure: Array) -> Array:
-        """This part's share (left, right) in the product of one change, of the cells ``own``.
+    def only(self, own: BoolArray) -> "_State":
+        """That of some of the cells."""
+        return self if own.all() else _State(self.part.only(own), self.both[own])
 
-        moved (u dim, left): left fields at the part's nodes; pressure: of the whole body.
-        """
-        part, rates, both = self.part, self.part.rates(change, own), self.both[own]
-        stress = (rates[:, :, :-1] @ both).reshape(len(both), part.slopes.shape[1], -1)
-        used, total = _summed(part.place[own], part.slopes[own].swapaxes(1, 2) @ stress)
-        total = total.reshape(-1, both.shape[-1])
-        if len(used) < len(part.used):
-            dim = part.shape[1]
-            moved = moved[(used[:, None] * dim + np.arange(dim)).ravel()]
-        found = moved.T @ total
-        mixed = part.mixed[own]
-        if mixed.any():
-            flow = part.hats @ (rates[mixed, :, -1:] @ both[mixed])[:, :, 0]
-            used, total = _summed(part.numbers[own][mixed], flow)
-            found -= pressure[used].T @ total
-        return np.asarray(found)
+    def products(self, changes: Sequence[Change], left: Fields) -> Array:
+        """These cells' share (changes, left, right) in the products of changes."""
+        part, both = self.part, self.both
+        mixed, flat = part.mixed, part.slopes.shape[1]
+        turned = part.slopes.swapaxes(1, 2)
+        used, add = _sums(part.nodes)
+        pressed, add_pressed = _sums(part.numbers[mixed])
+        forces, flows = [], []
+        for change in changes:
+            stress, rate = part.rates(change)
+            force = turned @ (stress @ both).reshape(len(both), flat, -1)
+            forces.append((add @ force.reshape(add.shape[1], -1)).reshape(-1, both.shape[-1]))
+            flow = part.hats @ (rate[mixed] @ both[mixed])[:, :, 0]
+            flows.append(add_pressed @ flow.reshape(-1, both.shape[-1]))
+        found = left.moved[used].reshape(len(forces[0]), -1).T @ np.hstack(forces)
+        found -= left.pressure[pressed].T @ np.hstack(flows)
+        return np.asarray(found.reshape(len(found), len(changes), -1).swapaxes(0, 1))
 
     def energy_with(self, other: "_State") -> tuple[Array, Array, Array]:
         """Of w^T dK u, with the other state's w: nodal forces (c, n, d, k), N, which velocities are
@@ -233,11 +267,9 @@ def _law(first: Array, shear: Array, dim: int) -> Array:
     return np.asarray(first[:, None, None] * whole + shear[:, None, None] * own)
 
 
-def _summed(nodes: IntArray, values: Array) -> tuple[IntArray, Array]:
-    """Nodes (u,) that occur, and sums (u, ...) of ``values`` (c, n, ...) at them."""
+def _sums(nodes: IntArray) -> tuple[IntArray, sp.csr_matrix]:
+    """Nodes (u,) that occur among those of cells (c, n), and the matrix (u, c n) that sums values
+    of cells at them."""
     used, place = np.unique(nodes, return_inverse=True)
-    count = nodes.size
-    add = sp.csr_matrix(
-        (np.ones(count), (place.reshape(-1), np.arange(count))), shape=(len(used), count)
-    )
-    return used, np.asarray(add @ values.reshape(count, -1))
+    entries = np.ones(nodes.size), (place.reshape(-1), np.arange(nodes.size))
+    return used, sp.csr_matrix(entries, shape=(len(used), nodes.size))
