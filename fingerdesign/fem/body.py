@@ -117,7 +117,7 @@ def condense_body(
         if store:
             store_answers(key, modulus, answers, dofs)
     else:
-        (answers, dofs), factors = stored, _once(lambda: _factored(body))
+        (answers, dofs), factors = stored, _once(lambda: condensed_rows(body, rows)[:2])
         timings = {"assemble": 0.0, "condense": time.perf_counter() - start}
     ends = np.cumsum([part.shape[0] for part in readouts])
     return CondensedBody(
@@ -174,12 +174,6 @@ def _once(
     return once
 
 
-def _factored(body: Body) -> tuple[System, Condensation]:
-    """Assemble and factor the equations of a body, without readouts."""
-    system = assemble_system(body)
-    return system, Condensation(system.stiffness, system.support[:1], system.pressures)
-
-
 def check_sound(body: Body) -> None:
     """Raise SolverError where a body's arrays do not fit its mesh or hold impossible values."""
     cells, shape = len(body.mesh.cells), (body.mesh.points.size,)
@@ -220,11 +214,9 @@ def condensed_rows(
     parts = [*(part @ system.lift for part in rows), system.support]
     bordering = sp.vstack(parts, format="csr")
     bordering.sort_indices()
-    silent = np.diff(bordering.indptr) == 0  # constrained motions
-    condensation = Condensation(system.stiffness, bordering[~silent].tocsr(), system.pressures)
-    matrix = np.zeros((len(silent), len(silent)))
-    matrix[np.ix_(~silent, ~silent)] = condensation.matrix
-    blocks = np.split(matrix, np.cumsum([part.shape[0] for part in parts])[:-1])
+    condensation = Condensation(system.stiffness, bordering, system.pressures)
+    ends = np.cumsum([part.shape[0] for part in parts])[:-1]
+    blocks = np.split(condensation.matrix, ends)
     done = time.perf_counter()
     timings = {"assemble": assembled - start, "condense": done - assembled}
     return system, condensation, blocks, timings

@@ -44,8 +44,8 @@ _PARDISO_ERRORS = {
 class Condensation:
     """R K^-1 R^T for K by its upper triangle (n, n) and R (r, n), both CSR with sorted indices.
 
-    ``matrix`` (r, r) is symmetric; ``operations``: floating-point ones of the factorisation with
-    its border. ``negative``: how many eigenvalues of
+    ``matrix`` (r, r) is symmetric, zero where a row is empty; ``operations``: floating-point ones
+    of the factorisation with its border. ``negative``: how many eigenvalues of
     K are below zero, the pressures of a mixed element. Raises SolverError where K has others (a
     body that can move as a whole, a negative modulus) or memory runs out.
     """
@@ -54,7 +54,9 @@ class Condensation:
         self.matrix: Array
         self.operations = float("nan")
         self._size = stiffness.shape[0]
-        self._rows, self._negative = rows, negative
+        self._some = np.flatnonzero(np.diff(rows.indptr))
+        self._count = rows.shape[0]
+        self._rows, self._negative = rows[self._some].tocsr(), negative
         self._order: IntArray | None = None
         self._pardiso: Any = None
         self._superlu: Any = None
@@ -69,8 +71,10 @@ class Condensation:
         border = self._rows.shape[0]
         work = self._by_pardiso if has_pardiso() else self._by_superlu
         schur = work(stiffness, border, self._negative)
-        self.matrix = -0.5 * (schur + schur.T)
-        self.matrix[np.diag_indices(border)] -= _SHIFT
+        schur = -0.5 * (schur + schur.T)
+        schur[np.diag_indices(border)] -= _SHIFT
+        self.matrix = np.zeros((self._count, self._count))
+        self.matrix[np.ix_(self._some, self._some)] = schur
 
     def _by_pardiso(self, stiffness: sp.csr_matrix, border: int, negative: int) -> Array:
         phase = 22
@@ -120,6 +124,14 @@ class Condensation:
         forward = self._phase(331, bordered)
         forward[self._size :] = 0.0  # the border carries no load: K alone is solved
         return np.ascontiguousarray(self._phase(333, np.asfortranarray(forward))[: self._size])
+
+    def fields(self, forces: Array) -> Array:
+        """K^-1 R^T forces (n, k) for forces (r, k) on the rows: half of a solve."""
+        if self._superlu is not None:
+            return self.solve(self._rows.T @ forces[self._some])
+        bordered = np.zeros((self._bordered.shape[0], forces.shape[1]), order="F")
+        bordered[self._size :] = -forces[self._some]
+        return np.ascontiguousarray(self._phase(333, bordered)[: self._size])
 
     def _swept(self, loads: Array, border: Array) -> Array:
         """Solve the bordered system with SuperLU."""

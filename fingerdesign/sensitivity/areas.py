@@ -20,9 +20,10 @@ from fingerdesign.sensitivity.path import PathRates, slip_ways
 
 @dataclass(frozen=True)
 class OwnRates:
-    """Explicit rates that areas need: compliance (n, n, P) normal by normal, mm/N, of the near
-    nodes; areas (m, P), facet_areas (f, P) mm^2; friction (P,)."""
+    """Explicit rates that areas need: compliance (pairs, P), mm/N, of :func:`border_pairs`, normal
+    by normal; areas (m, P), facet_areas (f, P) mm^2; friction (P,)."""
 
+    pairs: tuple[IntArray, IntArray]
     compliance: Array
     areas: Array
     facet_areas: Array
@@ -33,7 +34,7 @@ def area_rates(
     problem: ContactProblem, steps: Sequence[Step], rates: PathRates, own: OwnRates
 ) -> Array:
     """Rates (rows, 2, P) of contact area and stick area of the whole finger, mm^2, at each row."""
-    border = _border_rates(problem, rates.nodes, own.compliance)
+    border = _border_rates(problem, rates.nodes, own)
     found = np.empty((len(steps), 2, own.friction.size))
     first = 0
     for row, step in enumerate(steps):
@@ -49,26 +50,50 @@ def area_rates(
     return found
 
 
-def _border_rates(problem: ContactProblem, nodes: IntArray, rate: Array) -> tuple[Array, Array]:
-    """Rates (n, P) of both of ``border_compliances`` at the near nodes."""
+def border_pairs(
+    problem: ContactProblem, steps: Sequence[Step], nodes: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Pairs of near nodes, by their places in ``nodes``, on whose compliances areas depend.
+
+    Of each node of a facet that a border crosses, itself, and in plane strain its neighbour too.
+    """
     m, dim = problem.shape
-    own = rate[np.arange(len(nodes)), np.arange(len(nodes))]
+    crossed = np.zeros(m, dtype=bool)
+    for step in steps:
+        contact, stick = level_sets(problem, step.increment)
+        # Without a gap and a slip a node's own compliance makes no force of them.
+        far = (step.increment.status == OPEN) | (step.increment.state.sliding > 0.0)
+        for level in (contact, np.minimum(contact, stick)):
+            inside = (level > 0.0)[problem.model.facets]
+            mixed = inside.any(axis=1) & ~inside.all(axis=1)
+            own = problem.model.facets[mixed]
+            crossed[own[far[own]]] = True
+    mine = np.flatnonzero(crossed[nodes])
     if dim == 3:
-        return own, own
+        return mine, mine
     place = np.full(m, -1)
     place[nodes] = np.arange(len(nodes))
-    normal = problem.compliance[::dim, ::dim]
     most, other = np.full(m, 0.0), np.full(m, -1)
+    normal = problem.compliance[::dim, ::dim]
     for here, there in (pair for line in problem.model.facets for pair in (line, line[::-1])):
         if normal[here, there] > most[here]:
-            most[here], other[here] = normal[here, there], there
-    local = own.copy()
+            most[here], other[here] = normal[here, there], place[there]
+    near = mine[other[nodes[mine]] >= 0]
+    return np.append(mine, near), np.append(mine, other[nodes[near]])
+
+
+def _border_rates(problem: ContactProblem, nodes: IntArray, own: OwnRates) -> tuple[Array, Array]:
+    """Rates (n, P) of both of ``border_compliances`` at the near nodes."""
+    first, second = own.pairs
+    alone = first == second
+    itself, local = np.zeros((2, len(nodes), own.friction.size))
+    itself[first[alone]] = own.compliance[alone]
+    if problem.shape[1] == 3:
+        return itself, itself
+    local[:] = itself
+    local[first[~alone]] -= own.compliance[~alone]
     beyond = problem.own_compliance[nodes] > 0.05 * problem.self_compliance[nodes]
-    for i, node in enumerate(nodes):
-        neighbour = place[other[node]] if other[node] >= 0 else -1
-        if neighbour >= 0:
-            local[i] -= rate[i, neighbour]
-    local = np.where(beyond[:, None], local, 0.05 * own)
+    local = np.where(beyond[:, None], local, 0.05 * itself)
     return 4.0 * local, 5.0 * local
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.linalg import svd
 
 from fingerdesign.analysis.case import Case
@@ -31,7 +30,7 @@ from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.moved import plate_weights
-from fingerdesign.sensitivity.areas import OwnRates, area_rates
+from fingerdesign.sensitivity.areas import OwnRates, area_rates, border_pairs
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.model import ResponseFields, response_fields
 from fingerdesign.sensitivity.parts import change_of, rows_of_plates
@@ -119,17 +118,16 @@ def derivatives(
 ) -> Sensitivity:
     """The derivatives of a path that was followed on a model; errors as of :func:`sensitivity`.
 
-    stick: with those of the stick ratio, which take as long as the others; else NaN.
+    stick: with those of the stick ratio; else NaN.
     """
     if scene.path.control == "force":
         bound, remedy = "motion", "give the motions that the forces lead to"
         raise DesignError([Fault("path.control", "'force'", bound, remedy)])
     increments = [increment for step in steps for increment in step.row]
     nodes = near_nodes(problem, increments)
-    changes, rows = changes_of(design, model, parameters)
-    fields = response_fields(model.condensed, nodes, rows)
+    changes = changes_of(design, model, parameters)
     ends = np.cumsum([len(step.row) for step in steps]) - 1
-    found = IncrementRates(problem, fields, changes, increments, stick)
+    found = IncrementRates(problem, response_fields(model.condensed, nodes), changes, increments)
     total, gages = found.at(ends)
     return Sensitivity(
         names=tuple(parameter.name for parameter in parameters),
@@ -145,12 +143,12 @@ def derivatives(
 
 def changes_of(
     design: Design, model: FiniteElementModel, parameters: Sequence[Parameter]
-) -> tuple[list[Change], sp.csr_matrix]:
-    """The direct effects of parameters, and the rows (2 plates, n dim) of the gages' readings."""
+) -> list[Change]:
+    """The direct effects of parameters."""
     frames = parameters[0].at(0.0).frames if parameters else plate_frames(design)
-    single, rows = rows_of_plates(design, model.mesh, frames)
+    single = rows_of_plates(design, model.mesh, frames)
     weights = plate_weights(model.mesh, frames)
-    return [change_of(each, model, single, weights) for each in parameters], rows
+    return [change_of(each, model, single, weights) for each in parameters]
 
 
 class IncrementRates:
@@ -166,86 +164,90 @@ class IncrementRates:
         fields: ResponseFields,
         changes: Sequence[Change],
         increments: Sequence[Increment],
-        stick: bool = True,
     ) -> None:
         self._problem, self._fields, self._increments = problem, fields, increments
+        self._changes = changes
         nodes = fields.nodes
-        count, dim, size = len(nodes), problem.shape[1], len(changes)
-        frames = problem.frames[nodes]
+        count, dim, size, past = len(nodes), problem.shape[1], len(changes), len(increments)
         force = np.array([increment.force[nodes] for increment in increments])
-        past = len(increments)
-        loads = np.zeros((len(fields.values), past + count * stick))
-        loads[: fields.contact, :past] = force.reshape(past, -1).T
-        for i in range(count if stick else 0):  # unit normal forces: rates of normal compliances
-            loads[i * dim : (i + 1) * dim, past + i] = frames[i, 0]
-        left, sizes, right = svd(loads, full_matrices=False)
+        left, sizes, right = svd(force.reshape(past, -1).T, full_matrices=False)
         rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
         basis = fields.change_of(changes, left[:, :rank])
         free = ~problem.model.locked[nodes].reshape(-1)  # on the mirror plane z does not yield
         basis[:, : fields.contact] *= free[:, None]
         rates = basis @ (sizes[:rank, None] * right[:rank])
-        moved = rates[:, : fields.contact].reshape(size, count, dim, -1)
-        self.readings = rates[:, fields.contact :, :past].transpose(0, 2, 1)
+        moved = rates[:, : fields.contact].reshape(size, count, dim, past)
+        self.readings = rates[:, fields.contact :].transpose(0, 2, 1)
         self.frames = np.zeros((count, dim, dim, size))
         modes, gap = np.zeros((5, count, dim, size)), np.zeros((count, size))
-        model = problem.model
-        areas, facets = np.zeros((model.nodes, size)), np.zeros((len(model.facets), size))
         for p, change in enumerate(changes):
             if (facing := change.facing) is not None:
                 self.frames[..., p], modes[..., p] = facing.frames[nodes], facing.modes[:, nodes]
-                gap[:, p], areas[:, p] = facing.gap[nodes], facing.areas
-                facets[:, p] = facing.facet_areas
-        self.explicit = np.einsum("nab,pnbk->knap", frames, moved[..., :past])
+                gap[:, p] = facing.gap[nodes]
+        self.explicit = np.einsum("nab,pnbk->knap", problem.frames[nodes], moved)
         self.explicit[:, :, 0] += gap
         amplitudes = np.array([increment.motion.amplitudes for increment in increments])
         self.explicit += np.einsum("ka,anip->knip", amplitudes, modes, optimize=True)
-        compliance = free[:, None] * fields.values[: fields.contact, : fields.contact]
+        self._compliance = fields.values[: fields.contact, : fields.contact]
         if self.frames.any():
-            self.explicit += self._turned(compliance, force, frames)
-        friction = np.array([change.friction for change in changes])
-        self.path = path_rates(problem, increments, nodes, self.explicit, friction)
-        self._own: OwnRates | None = None
-        if stick:
-            normals = np.einsum("nb,pnbi->nip", frames[:, 0], moved[..., past:])
-            crossed = compliance.reshape(count, dim, count, dim)
-            tilted = np.einsum("nbp,nbic,ic->nip", self.frames[:, 0], crossed, frames[:, 0])
-            normals = normals + tilted + tilted.transpose(1, 0, 2)
-            self._own = OwnRates(normals, areas, facets, friction)
+            self.explicit += self._turned(force)
+        self._friction = np.array([change.friction for change in changes])
+        self.path = path_rates(problem, increments, nodes, self.explicit, self._friction)
 
-    def _turned(self, compliance: Array, force: Array, frames: Array) -> Array:
+    def _turned(self, force: Array) -> Array:
         """Rates (K, n, dim, P) of local displacements as the frames turn, and forces with them."""
         past, count, dim = force.shape
+        nodes, compliance = self._fields.nodes, self._compliance
         yielded = (force.reshape(past, -1) @ compliance.T).reshape(force.shape)
         found = np.einsum("nabp,knb->knap", self.frames, yielded)
-        local = np.array(
-            [increment.multiplier[self._fields.nodes] for increment in self._increments]
-        )
+        local = np.array([increment.multiplier[nodes] for increment in self._increments])
         turned = np.einsum("nabp,kna->knbp", self.frames, local).reshape(past, count * dim, -1)
         back = (compliance @ turned).reshape(past, count, dim, -1)
-        return np.asarray(found + np.einsum("nab,knbp->knap", frames, back))
+        return np.asarray(found + np.einsum("nab,knbp->knap", self._problem.frames[nodes], back))
 
     def at(self, ends: IntArray) -> tuple[Array, Array]:
         """Rates of the whole finger's force (k, dim, P) N on it, less its sign along y, and of its
         gages (k, plates, 2, P) microstrain, at some increments."""
         problem, fields = self._problem, self._fields
-        nodes = fields.nodes
+        nodes, contact = fields.nodes, fields.contact
         force = np.einsum("nab,knap->knbp", problem.frames[nodes], self.path.multiplier[ends])
         for k, end in enumerate(ends):
             local = self._increments[end].multiplier[nodes]
             force[k] += np.einsum("nabp,na->nbp", self.frames, local)
         total = problem.model.symmetry_factor * force.sum(axis=1)
-        flat = force.reshape(len(ends), fields.contact, -1)
-        strain = fields.values[fields.contact :, : fields.contact] @ flat
+        flat = force.reshape(len(ends), contact, -1)
+        strain = fields.values[contact:, :contact] @ flat
         strain += self.readings[:, ends].transpose(1, 2, 0)
         return total, MICRO * strain.reshape(len(ends), -1, 2, flat.shape[2])
 
     def stick_ratio(self, steps: Sequence[Step]) -> Array:
         """Rates (k, P) of the stick ratio at each row's end, NaN without contact."""
-        assert self._own is not None
-        areas = area_rates(self._problem, steps, self.path, self._own)
+        model, size = self._problem.model, len(self._changes)
+        areas, facets = np.zeros((model.nodes, size)), np.zeros((len(model.facets), size))
+        for p, change in enumerate(self._changes):
+            if change.facing is not None:
+                areas[:, p], facets[:, p] = change.facing.areas, change.facing.facet_areas
+        pairs = border_pairs(self._problem, steps, self._fields.nodes)
+        own = OwnRates(pairs, self._between(*pairs), areas, facets, self._friction)
+        areas = area_rates(self._problem, steps, self.path, own)
         contact, stick = (
             np.array([getattr(step.measures, name) for step in steps])[:, None]
             for name in ("contact_area", "stick_area")
         )
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray((areas[:, 1] - areas[:, 0] * (stick / contact)) / contact)
+
+    def _between(self, first: IntArray, second: IntArray) -> Array:
+        """Rates (pairs, P) of normal displacements of near nodes by normal forces on others."""
+        fields, count = self._fields, len(self._fields.nodes)
+        normals = self._problem.frames[fields.nodes, 0]
+        unit = np.zeros((2, count, normals.shape[1], len(first)))
+        for k, own in enumerate((first, second)):
+            unit[k, own, :, np.arange(len(own))] = normals[own]
+        left, right = unit.reshape(2, fields.contact, -1)
+        found = fields.between(self._changes, left, right).T
+        crossed = self._compliance.reshape(*normals.shape, *normals.shape)
+        for one, two in ((first, second), (second, first)):
+            block = crossed[one, :, two]  # of the displacement of one by forces on two
+            found = found + np.einsum("kbp,kbc,kc->kp", self.frames[one, 0], block, normals[two])
+        return np.asarray(found)

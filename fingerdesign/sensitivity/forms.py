@@ -8,11 +8,15 @@ With a velocity v of the nodes, D = grad v, gradients change by -grad u D and vo
     da = integral S : grad w - q r,     S = sigma div v - sigma D^T - law(sym(grad u D))
                                         r = div u div v - tr(grad u D) + p div v / lame
 
-by the quadrature of the form itself, so that da is the exact derivative of the discrete form.
+by the quadrature of the form itself, so that da is the exact derivative of the discrete form. Of
+two given fields it is linear in D (Eshelby's tensor), whatever the parameter:
+
+    da = integral E : D,    E = (sigma(u) : grad w - q div u - p q / lame) I
+                                - sigma(u) grad w - sigma(w) grad u
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,7 +27,7 @@ from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, pressure_nodes
 from fingerdesign.sensitivity.change import Change
 
-_ENTRIES = 4_000_000  # Of the largest temporary array: 32 MB.
+_ENTRIES = 3_000_000  # Of the largest temporary array: 24 MB.
 
 
 @dataclass(frozen=True)
@@ -34,26 +38,44 @@ class Fields:
     pressure: Array
 
     def times(self, shares: Array) -> "Fields":
-        """Sums (of ``shares`` (k, j)) of the fields."""
-        return Fields(self.moved @ shares, self.pressure @ shares)
+        """Sums (of ``shares`` (j, i)) of the first j fields."""
+        first, (nodes, dim, count) = len(shares), self.moved.shape
+        moved = self.moved.reshape(-1, count)[:, :first] @ shares
+        return Fields(moved.reshape(nodes, dim, -1), self.pressure[:, :first] @ shares)
 
 
 def products(body: Body, left: Fields, right: Fields, changes: Sequence[Change]) -> Array:
     """w^T (dK/dp) u (changes, left, right), N mm: K's derivative between each pair of fields."""
-    active = [_active(body, change) for change in changes]
     found = np.zeros((len(changes), left.moved.shape[2], right.moved.shape[2]))
-    order = strain_order(body.mesh.kind)
-    points_in_cell = quadrature(body.mesh.kind, order)[1].size
-    width = points_in_cell * body.mesh.dimension**2 * right.moved.shape[2]
-    size = max(1, _ENTRIES // width)
-    numbers = _pressure_numbers(body)
-    some = np.flatnonzero(np.any(active, axis=0)) if changes else np.empty(0, dtype=np.int64)
-    for start in range(0, len(some), size):
-        part = _Part(body, some[start : start + size], order, numbers, right)
+    active = [_active(body, change) for change in changes]
+    for part in _parts(body, active, found.shape[2]):
+        here = _State.of(part, right)
+        alike: dict[bytes, list[int]] = {}
+        for number, whole in enumerate(active):
+            alike.setdefault(whole[part.cells].tobytes(), []).append(number)
+        for own, numbers in alike.items():
+            cells = np.frombuffer(own, dtype=bool)
+            if cells.any():
+                found[numbers] += here.only(cells).products([changes[n] for n in numbers], left)
+    return found
+
+
+def energies(body: Body, left: Fields, right: Fields, changes: Sequence[Change]) -> Array:
+    """w^T (dK/dp) u (changes, k), N mm, of k pairs: one nodal force, of all changes alike."""
+    found = np.zeros((len(changes), right.moved.shape[2]))
+    active = [_active(body, change) for change in changes]
+    for part in _parts(body, active, found.shape[1]):
+        here = _State.of(part, right)
+        there = here if left is right else _State.of(part, left)
+        force, volume, shear = here.energy_with(there)
         for number, change in enumerate(changes):
             own = active[number][part.cells]
-            if own.any():
-                found[number] += part.product(change, own, left)
+            if own.any() and change.velocity is not None:
+                speed = change.velocity[part.nodes[own]].reshape(-1)
+                found[number] += speed @ force[own].reshape(len(speed), -1)
+            if own.any() and change.moduli is not None:
+                one, two = change.moduli[:, part.cells]
+                found[number] += one @ volume + two @ shear
     return found
 
 
@@ -77,92 +99,177 @@ def _pressure_numbers(body: Body) -> IntArray:
     return numbers
 
 
+def _parts(body: Body, active: Sequence[BoolArray], count: int) -> Iterator["_Part"]:
+    """The cells that any change changes, as many at a time as memory has for ``count`` fields."""
+    kind = body.mesh.kind
+    points = quadrature(kind, strain_order(kind))[1].size
+    size = max(1, _ENTRIES // (points * body.mesh.dimension**2 * max(count, 1)))
+    numbers = _pressure_numbers(body)
+    some = np.flatnonzero(np.any(active, axis=0)) if len(active) else np.empty(0, dtype=np.int64)
+    for start in range(0, len(some), size):
+        yield _Part.of(body, some[start : start + size], numbers)
+
+
+@dataclass(frozen=True)
 class _Part:
-    """Some cells, with gradients, stresses and pressures of the right fields at their points.
+    """c cells, with the gradients of n shape functions at their q points.
 
-    Arrays are (cells, points, derivative, component, fields)."""
+    slopes (c, q d, n): products over cells are then those of matrices; weights (c, q); numbers
+    (c, corners) of pressures, in ``mixed`` cells (c,); first (c,) and law (c, d d, d d): of
+    Lame's first parameter, and of what of it is not the pressure's; hats (corners, q).
+    """
 
-    def __init__(
-        self, body: Body, cells: IntArray, order: int, numbers: IntArray, right: Fields
-    ) -> None:
-        mesh = body.mesh
-        self.body, self.cells, self.nodes = body, cells, mesh.cells[cells]
-        self.slopes, weights = physical_gradients(mesh.points, self.nodes, order)
-        self.weights = weights * body.thickness
-        rule = quadrature(mesh.kind, order)
-        self.hats = tabulate(mesh.kind, *rule, degree=1).value  # (corners, q)
-        self.numbers, self.mixed = numbers[cells], body.pressed[cells]
+    cells: IntArray
+    nodes: IntArray
+    slopes: Array
+    weights: Array
+    numbers: IntArray
+    mixed: BoolArray
+    first: Array
+    law: Array
+    hats: Array
+
+    @classmethod
+    def of(cls, body: Body, cells: IntArray, numbers: IntArray) -> "_Part":
+        """These cells of a body."""
+        mesh, mixed = body.mesh, body.pressed[cells]
+        order, nodes = strain_order(mesh.kind), mesh.cells[cells]
+        slopes, weights = physical_gradients(mesh.points, nodes, order)
+        slopes = slopes.swapaxes(2, 3).reshape(len(cells), -1, nodes.shape[1])
+        hats = tabulate(mesh.kind, *quadrature(mesh.kind, order), degree=1).value
         first, shear = lame_parameters(body.youngs_modulus[cells], body.poissons_ratio[cells])
-        self.first, self.shear = first, shear
-        self.law = np.where(self.mixed, 0.0, first), shear
-        self.grad = self._gradients(right.moved)
-        self.div = np.einsum("cqiik->cqk", self.grad)
-        self.pressure = np.zeros_like(self.div)
-        if self.mixed.any():
-            own = right.pressure[self.numbers[self.mixed]]
-            self.pressure[self.mixed] = np.einsum("mq,cmk->cqk", self.hats, own, optimize=True)
-        self.stress = _stress(self.grad, *self.law)
-        for i in range(mesh.dimension):
-            self.stress[:, :, i, i] -= self.pressure
+        law = _law(np.where(mixed, 0.0, first), shear, mesh.dimension)
+        weights = weights * body.thickness
+        return cls(cells, nodes, slopes, weights, numbers[cells], mixed, first, law, hats)
 
-    def _gradients(self, moved: Array) -> Array:
-        own = moved[self.nodes]  # (c, n, i, k)
-        return np.asarray(np.einsum("cqnj,cnik->cqjik", self.slopes, own, optimize=True))
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Points in a cell, and dimension."""
+        points = self.weights.shape[1]
+        return points, self.slopes.shape[1] // points
 
-    def product(self, change: Change, own: BoolArray, left: Fields) -> Array:
-        """This part's share (left, right) in the product of one change, of the cells ``own``."""
-        stress, rate = self._changed(change, own)
-        weights, nodes = self.weights[own], self.nodes[own]
-        stress *= weights[:, :, None, None, None]
-        force = np.einsum("cqnj,cqjik->cnik", self.slopes[own], stress, optimize=True)
-        used, total = _summed(nodes, force)
-        found = np.tensordot(left.moved[used], total, axes=((0, 1), (0, 1)))
-        mixed = self.mixed[own]
-        if mixed.any():
-            flow = np.einsum(
-                "mq,cq,cqk->cmk", self.hats, weights[mixed], rate[mixed], optimize=True
-            )
-            used, total = _summed(self.numbers[own][mixed], flow)
-            found -= left.pressure[used].T @ total
-        return np.asarray(found)
+    def only(self, own: BoolArray) -> "_Part":
+        """Some of the cells."""
+        every = {each.name: getattr(self, each.name) for each in fields(self)}
+        return _Part(
+            **{name: each if name == "hats" else each[own] for name, each in every.items()}
+        )
 
-    def _changed(self, change: Change, own: BoolArray) -> tuple[Array, Array]:
-        """S and r of the module's equations."""
-        grad, pressure = self.grad[own], self.pressure[own]
-        first = self.first[own, None, None]
-        stress, rate = np.zeros_like(grad), np.zeros_like(pressure)
+    def gradients(self, moved: Array) -> Array:
+        """Gradients (c, q, derivative, component, k) of fields (n, d, k) of the mesh."""
+        found = self.slopes @ moved[self.nodes].reshape(*self.nodes.shape, -1)
+        return np.asarray(found.reshape(len(found), *self.shape, self.shape[1], -1))
+
+    def rates(self, change: Change) -> tuple[Array, Array]:
+        """Matrices (c, q, d d, d d + 1) and (c, q, 1, d d + 1), with the points' weights: S and r
+        of the module's equations are they times gradient and pressure."""
+        (points, dim), first, law = self.shape, self.first[:, None], self.law[:, None]
+        one, count = np.eye(dim), len(self.cells)
+        stress = np.zeros((count, points, dim**2, dim**2 + 1))
+        rate = np.zeros((count, points, 1, dim**2 + 1))
         if change.velocity is not None:
-            flow = self._gradients(change.velocity[:, :, None])[own][..., 0]  # (c, q, j, i)
-            growth = np.einsum("cqii->cq", flow)[:, :, None]
-            turned = np.einsum("cqlik,cqjl->cqjik", grad, flow, optimize=True)
-            stress += self.stress[own] * growth[:, :, None, None]
-            stress -= np.einsum("cqlik,cqlj->cqjik", self.stress[own], flow, optimize=True)
-            stress -= _stress(turned, self.law[0][own], self.law[1][own])
-            rate += self.div[own] * growth - np.einsum("cqiik->cqk", turned)
-            rate += pressure * growth / first
+            flow = self.gradients(change.velocity[:, :, None])[..., 0]  # (c, q, j, i)
+            growth = np.einsum("cqii->cq", flow)
+            square = (*growth.shape, dim**2, dim**2)
+            still = -np.einsum("cqlj,ik->cqjilk", flow, one).reshape(square)
+            still += growth[:, :, None, None] * np.eye(dim**2)
+            turn = np.einsum("cqjl,ik->cqjilk", flow, one).reshape(square)
+            stress[..., :-1] = still @ law - law @ turn
+            stress[..., -1] = -still @ one.ravel()
+            rate[..., 0, :-1] = growth[:, :, None] * one.ravel()
+            rate[..., 0, :-1] -= flow.swapaxes(2, 3).reshape(*growth.shape, -1)
+            rate[..., 0, -1] = growth / first
         if change.moduli is not None:
-            one, two = change.moduli[:, self.cells[own]]
-            mixed = self.mixed[own]
-            stress += _stress(grad, np.where(mixed, 0.0, one), two)
-            rate -= pressure * one[:, None, None] / first**2
-        return stress, rate
+            rise, shear = change.moduli[:, self.cells]
+            stress[..., :-1] += _law(np.where(self.mixed, 0.0, rise), shear, dim)[:, None]
+            rate[..., 0, -1] -= rise[:, None] / first**2
+        weights = self.weights[:, :, None, None]
+        return stress * weights, rate * weights
 
 
-def _stress(grad: Array, first: Array, shear: Array) -> Array:
-    """lame tr I + 2 mu sym of gradients (c, q, d, d, k)."""
-    found = shear[:, None, None, None, None] * (grad + grad.swapaxes(2, 3))
-    trace = first[:, None, None] * np.einsum("cqiik->cqk", grad)
-    for i in range(grad.shape[2]):
-        found[:, :, i, i] += trace
-    return np.asarray(found)
+@dataclass(frozen=True)
+class _State:
+    """Gradients and pressures (c, q, d d + 1, k) of k fields at the points of some cells."""
+
+    part: _Part
+    both: Array
+
+    @classmethod
+    def of(cls, part: _Part, given: Fields) -> "_State":
+        """The state of fields of the body."""
+        grad = part.gradients(given.moved)
+        count, (points, dim), size = len(grad), part.shape, grad.shape[-1]
+        both = np.zeros((count, points, dim**2 + 1, size))
+        both[:, :, :-1] = grad.reshape(count, points, dim**2, size)
+        if part.mixed.any():
+            own = given.pressure[part.numbers[part.mixed]]
+            both[part.mixed, :, -1] = part.hats.T @ own
+        return cls(part, both)
+
+    def only(self, own: BoolArray) -> "_State":
+        """That of some of the cells."""
+        return self if own.all() else _State(self.part.only(own), self.both[own])
+
+    def products(self, changes: Sequence[Change], left: Fields) -> Array:
+        """These cells' share (changes, left, right) in the products of changes."""
+        part, both = self.part, self.both
+        mixed, flat = part.mixed, part.slopes.shape[1]
+        turned = part.slopes.swapaxes(1, 2)
+        used, add = _sums(part.nodes)
+        pressed, add_pressed = _sums(part.numbers[mixed])
+        forces, flows = [], []
+        for change in changes:
+            stress, rate = part.rates(change)
+            force = turned @ (stress @ both).reshape(len(both), flat, -1)
+            forces.append((add @ force.reshape(add.shape[1], -1)).reshape(-1, both.shape[-1]))
+            flow = part.hats @ (rate[mixed] @ both[mixed])[:, :, 0]
+            flows.append(add_pressed @ flow.reshape(-1, both.shape[-1]))
+        found = left.moved[used].reshape(len(forces[0]), -1).T @ np.hstack(forces)
+        found -= left.pressure[pressed].T @ np.hstack(flows)
+        return np.asarray(found.reshape(len(found), len(changes), -1).swapaxes(0, 1))
+
+    def energy_with(self, other: "_State") -> tuple[Array, Array, Array]:
+        """Of w^T dK u, with the other state's w: nodal forces (c, n, d, k), N, which velocities are
+        multiplied with, and what both Lame parameters of a cell are, (c, k) mm^3."""
+        part = self.part
+        weights, first = part.weights[:, :, None], part.first[:, None, None]
+        grad, div, pressure, stress = self._parts()
+        others, other_div, other_pressure, other_stress = other._parts()
+        tensor = -np.einsum("cqjik,cqlik->cqjlk", stress, others)
+        tensor += tensor if other is self else -np.einsum("cqjik,cqlik->cqjlk", other_stress, grad)
+        whole = np.einsum("cqjik,cqjik->cqk", stress, others)
+        whole -= other_pressure * (div + pressure / first)
+        for i in range(part.shape[1]):
+            tensor[:, :, i, i] += whole
+        tensor *= weights[:, :, None, None]
+        force = part.slopes.swapaxes(1, 2) @ tensor.reshape(len(grad), part.slopes.shape[1], -1)
+        volume = div * other_div
+        volume[part.mixed] = (pressure * other_pressure / first**2)[part.mixed]
+        shear = np.einsum("cqjik,cqjik->cqk", grad + grad.swapaxes(2, 3), others)
+        return force, (weights * volume).sum(axis=1), (weights * shear).sum(axis=1)
+
+    def _parts(self) -> tuple[Array, Array, Array, Array]:
+        """Gradients, their traces, pressures, and stresses."""
+        part, flat, pressure = self.part, self.both[:, :, :-1], self.both[:, :, -1]
+        whole = (*self.both.shape[:2], part.shape[1], part.shape[1], -1)
+        grad, stress = flat.reshape(whole), (part.law[:, None] @ flat).reshape(whole)
+        for i in range(part.shape[1]):
+            stress[:, :, i, i] -= pressure
+        return grad, np.einsum("cqiik->cqk", grad), pressure, stress
 
 
-def _summed(nodes: IntArray, values: Array) -> tuple[IntArray, Array]:
-    """Nodes (u,) that occur, and sums (u, ...) of ``values`` (c, n, ...) at them."""
+def _law(first: Array, shear: Array, dim: int) -> Array:
+    """lame tr I + 2 mu sym, as matrices (c, d d, d d) on gradients."""
+    one = np.eye(dim)
+    whole = np.outer(one, one)
+    turned = np.einsum("jk,il->jilk", one, one).reshape(whole.shape)
+    own = np.eye(dim**2) + turned
+    return np.asarray(first[:, None, None] * whole + shear[:, None, None] * own)
+
+
+def _sums(nodes: IntArray) -> tuple[IntArray, sp.csr_matrix]:
+    """Nodes (u,) that occur among those of cells (c, n), and the matrix (u, c n) that sums values
+    of cells at them."""
     used, place = np.unique(nodes, return_inverse=True)
-    count = nodes.size
-    add = sp.csr_matrix(
-        (np.ones(count), (place.reshape(-1), np.arange(count))), shape=(len(used), count)
-    )
-    total = add @ values.reshape(count, -1)
-    return used, total.reshape(len(used), *values.shape[2:])
+    entries = np.ones(nodes.size), (place.reshape(-1), np.arange(nodes.size))
+    return used, sp.csr_matrix(entries, shape=(len(used), nodes.size))

@@ -3,7 +3,8 @@
     Y f = Q K^-1 Q^T f,      Q: contact trace of some nodes, then the gage rows
     d(Y f) = dQ u + s dQ^T f - s^T dK u,      u = K^-1 Q^T f,  s = K^-1 Q^T
 
-The fields s are solved for once, whatever the number of parameters.
+The fields s are solved for once, whatever the number of parameters. The rows Q border the factors,
+so that a field is half of a solve (fem/factor.py).
 """
 
 from collections.abc import Sequence
@@ -16,19 +17,21 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.fem.body import CondensedBody
 from fingerdesign.fem.system import Body
 from fingerdesign.sensitivity.change import Change
-from fingerdesign.sensitivity.forms import Fields, products
+from fingerdesign.sensitivity.forms import Fields, energies, products
 
-_BLOCK = 64  # Right-hand sides that are solved for at a time.
+_BLOCK = 64  # Right-hand sides that are solved for, or pairs of fields, at a time.
 
 
 @dataclass(frozen=True)
 class ResponseFields:
-    """Fields of unit loads: rows (r, n dim) Q, of which the first ``contact`` are dofs of contact
-    nodes ``nodes``; fields s; values (r, r) Y."""
+    """Fields s of unit loads on r rows Q: contact dofs of ``nodes``, then the gages of a body.
+
+    rows (r,): their numbers among all rows of the model; values (r, r) Y.
+    """
 
     body: Body
     nodes: IntArray
-    rows: sp.csr_matrix
+    rows: IntArray
     fields: Fields
     values: Array
 
@@ -38,52 +41,77 @@ class ResponseFields:
         return len(self.nodes) * self.body.mesh.dimension
 
     def change_of(self, changes: Sequence[Change], loads: Array) -> Array:
-        """d(Y f) (changes, r, k) of ``loads`` f (r, k), per unit of each parameter."""
+        """d(Y f) (changes, r, k) of ``loads`` f (contact, k), per unit of each parameter."""
         right = self.fields.times(loads)
         found = -products(self.body, self.fields, right, changes)
         flat = self.fields.moved.reshape(-1, len(self.values))
         moved = right.moved.reshape(len(flat), -1)
-        for number, change in enumerate(changes):
-            rows = self._rows_of(change)
-            if rows is not None:
-                found[number] += rows @ moved + (rows @ flat).T @ loads
+        for rate, change in zip(found, changes, strict=True):
+            if (trace := self._trace_of(change)) is not None:
+                rate[: self.contact] += trace @ moved
+                rate += (trace @ flat).T @ loads
+            if change.gages is not None:
+                rate[self.contact :] += change.gages @ moved
             if change.attached is not None:
-                found[number] -= flat.T @ (change.attached @ moved)
+                rate -= flat.T @ (change.attached @ moved)
             if change.thickness:
-                found[number] -= change.thickness * (self.values @ loads)
+                rate -= change.thickness * (self.values[:, : self.contact] @ loads)
         return found
 
-    def _rows_of(self, change: Change) -> sp.csr_matrix | None:
-        """dQ of one parameter."""
-        trace = None if change.facing is None else change.facing.trace
-        if trace is None and change.gages is None:
+    def between(self, changes: Sequence[Change], left: Array, right: Array) -> Array:
+        """d(g^T Y f) (changes, k) of pairs of loads g and f (contact, k)."""
+        found = np.empty((len(changes), right.shape[1]))
+        for start in range(0, right.shape[1], _BLOCK):
+            some = slice(start, start + _BLOCK)
+            first, second = left[:, some], right[:, some]
+            two = self.fields.times(second)
+            one = two if np.array_equal(first, second) else self.fields.times(first)
+            found[:, some] = -energies(self.body, one, two, changes)
+            for rate, change in zip(found[:, some], changes, strict=True):
+                rate += self._beside(change, first, second, one, two)
+        return found
+
+    def _beside(
+        self, change: Change, first: Array, second: Array, one: Fields, two: Fields
+    ) -> Array | float:
+        """What a parameter changes of g^T Y f besides the stiffness of cells."""
+        found: Array | float = 0.0
+        there, here = (each.moved.reshape(-1, first.shape[1]) for each in (one, two))
+        if (trace := self._trace_of(change)) is not None:
+            found += (first * (trace @ here)).sum(axis=0) + (second * (trace @ there)).sum(axis=0)
+        if change.attached is not None:
+            found -= (there * (change.attached @ here)).sum(axis=0)
+        if change.thickness:
+            own = self.values[: self.contact, : self.contact]
+            found -= change.thickness * (first * (own @ second)).sum(axis=0)
+        return found
+
+    def _trace_of(self, change: Change) -> sp.csr_matrix | None:
+        """The contact rows of dQ of one parameter."""
+        if change.facing is None or change.facing.trace is None:
             return None
-        dim, width = self.body.mesh.dimension, self.rows.shape[1]
-        dofs = (self.nodes[:, None] * dim + np.arange(dim)).ravel()
-        top = sp.csr_matrix((self.contact, width)) if trace is None else trace[dofs]
-        below = change.gages
-        if below is None:
-            below = sp.csr_matrix((self.rows.shape[0] - self.contact, width))
-        return sp.csr_matrix(sp.vstack([top, below]))
+        return sp.csr_matrix(change.facing.trace[self.rows[: self.contact]])
 
 
-def response_fields(
-    condensed: CondensedBody, nodes: IntArray, gages: sp.csr_matrix
-) -> ResponseFields:
-    """Solve for the fields of unit forces at contact ``nodes`` and of the gage rows."""
-    body = condensed.body
-    dim = body.mesh.dimension
+def response_fields(condensed: CondensedBody, nodes: IntArray) -> ResponseFields:
+    """Solve for the fields of contact ``nodes`` and of the gages, a body's first readout."""
+    dim, contact = condensed.body.mesh.dimension, len(condensed.compliance)
+    gages = len(condensed.readouts[0]) if condensed.readouts else 0
     dofs = (nodes[:, None] * dim + np.arange(dim)).ravel()
-    rows = sp.csr_matrix(sp.vstack([condensed.trace.operator[dofs], gages]))
-    system, condensation = condensed.factors()
-    loads = (rows @ system.lift).T.toarray()
-    solved = [
-        condensation.solve(loads[:, start : start + _BLOCK])
-        for start in range(0, loads.shape[1], _BLOCK)
-    ]
-    free = np.hstack(solved)
-    moved = system.lift @ free
+    rows = np.concatenate([dofs, contact + np.arange(gages)])
+    system, factors = condensed.factors()
     own = system.pressure_lift
-    pressure = np.empty((0, free.shape[1])) if own is None else own @ free
-    fields = Fields(moved.reshape(-1, dim, free.shape[1]), pressure)
-    return ResponseFields(body, nodes, rows, fields, np.asarray(rows @ moved))
+    moved = np.zeros((system.lift.shape[0], len(rows)))
+    pressure = np.empty((0 if own is None else own.shape[0], len(rows)))
+    for start in range(0, len(rows), _BLOCK):
+        some = slice(start, start + _BLOCK)
+        forces = np.zeros((len(factors.matrix), len(rows[some])))
+        forces[rows[some], np.arange(forces.shape[1])] = 1.0
+        free = factors.fields(forces)
+        moved[:, some] = system.lift @ free
+        if own is not None:
+            pressure[:, some] = own @ free
+    fields = Fields(moved.reshape(-1, dim, len(rows)), pressure)
+    return ResponseFields(
+        condensed.body, nodes, rows, fields, np.asarray(factors.matrix[np.ix_(rows, rows)])
+    )

@@ -87,16 +87,10 @@ def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
     return Change(parameter.name, moduli=np.array(rates) * mine, gages=gages)
 
 
-def rows_of_plates(
-    design: Design, mesh: Mesh, frames: tuple[PlateFrame, ...]
-) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-    """Gage rows (2 plates, n dim) plate by plate, and those of the bridges, where plates pair."""
-    gages = design.gages
-    rows = gage_rows(
-        mesh, frames, gages.model_copy(update={"grid": _single(gages)}), design.gage_weights
-    )
-    pairs = pairing(frames, gages)
-    return rows, rows if pairs is None else sp.csr_matrix(pairs @ rows)
+def rows_of_plates(design: Design, mesh: Mesh, frames: tuple[PlateFrame, ...]) -> sp.csr_matrix:
+    """Gage rows (2 plates, n dim) plate by plate, also where the bridges have two plates each."""
+    gages = design.gages.model_copy(update={"grid": _single(design.gages)})
+    return gage_rows(mesh, frames, gages, design.gage_weights)
 
 
 def _single(gages: Gages) -> str:

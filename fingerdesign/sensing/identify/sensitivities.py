@@ -38,7 +38,7 @@ from fingerdesign.sensing.identify.latents import AXES, Latent
 from fingerdesign.sensing.model import MESHED
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.derive import IncrementRates, changes_of, face_mean
-from fingerdesign.sensitivity.model import ResponseFields, response_fields
+from fingerdesign.sensitivity.model import response_fields
 from fingerdesign.sensitivity.path import near_nodes
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
 from fingerdesign.version import __version__
@@ -104,7 +104,7 @@ def _differences(
             for phase, problem in zip(phases, problems, strict=True)
         ]
     nodes = near_nodes(problems[0], [step.increment for steps in paths for step in steps])
-    fields: ResponseFields | None = None
+    fields = response_fields(condensed.condensed, nodes)
     known: dict[str, Change] = {}
     names, factors = zip(*(_parameter_of(design, latent) for latent in latents), strict=True)
     moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
@@ -112,11 +112,10 @@ def _differences(
         # The surface's tilt is the phase's own; all else changes every phase alike.
         new = tuple(name for name in names if name == _TILT or name not in known)
         scene = _scene_of(design, phase, lean_deg)
-        changes, rows = changes_of(design, condensed, parameters_of(design, scene, new))
+        changes = changes_of(design, condensed, parameters_of(design, scene, new))
         known |= {change.name: change for change in changes}
-        fields = fields or response_fields(condensed.condensed, nodes, rows)
         own = [known[name] for name in names]
-        rates = IncrementRates(problem, fields, own, [s.increment for s in steps], stick=False)
+        rates = IncrementRates(problem, fields, own, [s.increment for s in steps])
         slopes = _slopes(rates, design, len(steps), factors)
         moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
         report(f"sensitivities: {len(moved)} of {len(phases)} phases")
