@@ -203,7 +203,7 @@ def test_a_wrong_axis_is_refused_by_its_option(change, words):
 
 @pytest.mark.slow
 def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
-    """Of 16 objects. Measured: none of 100; two of 1000 g are not lifted within the travel."""
+    """Of 16 objects; measured: none of 100. One of 1000 g is not lifted within the travel."""
     grid = ControlGrid(FRICTIONS[::3], MASSES_G[::3], noises=(0.0,), tug=None)
     names = ("paper", "oracle_1.2")
     study = run_study(
@@ -211,7 +211,7 @@ def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
     )
     reported = study.summary("paper")
     assert (reported.grips, reported.dropped, reported.failed) == (16, 0, 0)
-    assert reported.not_lifted <= 2
+    assert reported.not_lifted <= 1
     assert study.summary("oracle_1.2").success.rate == 1.0
 
 
