@@ -248,6 +248,21 @@ fingerdesign/sensing/train/paths.py | tests/control/test_grip_episode.py
 - t.tangential_force / (t.slip_ratio * t.normal_force) if t.slip_ratio else 0.0
 + t.tangential_force / (self.friction_coefficient * t.normal_force) if t.slip_ratio else 0.0
 
+derivatives: Eshelby's tensor lacks the energy itself
+fingerdesign/sensitivity/forms.py | tests/sensitivity
+- tensor[:, :, i, i] += whole
++ tensor[:, :, i, i] += 0.0 * whole
+
+derivatives: a velocity does not grow the volume
+fingerdesign/sensitivity/forms.py | tests/sensitivity
+- still += growth[:, :, None, None] * np.eye(dim**2)
++ still += 0.0 * growth[:, :, None, None] * np.eye(dim**2)
+
+derivatives: the field of a force on the rows has the other sign
+fingerdesign/fem/factor.py | tests/fem/test_condensation.py
+- bordered[self._size :] = -forces[self._some]
++ bordered[self._size :] = forces[self._some]
+
 regulator: a small tug at a hanging object is not answered
 fingerdesign/control/controllers/regulator.py | tests/control/test_estimator.py
 - return in_use > self._own.most_held or ratio > _TUGGED * self._carried
