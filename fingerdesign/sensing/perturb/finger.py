@@ -134,6 +134,7 @@ def perturbed_problems(
     stage = Grip(
         max_approach_mm=grip.max_approach_mm,
         bench_friction_coefficient=grip.bench_friction_coefficient,
+        off_centre_mm=grip.off_centre_mm,  # it takes a whole finger
     )
     bench = _last_bench(
         design.model_copy(update={"grip": stage}), (found.object,), fidelity, found.fixed_keys
