@@ -21,7 +21,8 @@ from fingerdesign.layout.zone import approach_for, contact_reach
 _MARGIN = 2.0  # The paper's rule holds at most this times the least force.
 _TRAVEL = 1.5  # The forecast is up to a third short (docs/reference/fingers.md)
 MOST_TRAVEL = 0.25  # Of the finger's height; beyond it small strains are no model.
-_ROUNDS, _MEAN = 4, 0.9  # A mean distance over its root mean square: 0.87 of a line, 0.94 of a square
+# A mean distance from the middle over its root mean square is 0.87 of a line, 0.94 of a square.
+_ROUNDS, _MEAN = 4, 0.9
 _FUNDAMENTAL = 4.0 / 3.0, 0.5  # The fundamental case presses with 4/3 w at this friction.
 
 

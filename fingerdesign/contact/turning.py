@@ -51,9 +51,7 @@ def turning(problem: ContactProblem, centre_mm: float, tangential: float) -> Con
     softness = np.array([1.0 / along_z, 1.0 / (np.deg2rad(1.0) * about_y)])
     free = modes[FREE].reshape(2, -1)
     yields = problem.compliance + (softness * free.T) @ free
-    return replace(
-        problem, compliance=np.ascontiguousarray(yields), modes=modes, softness=softness
-    )
+    return replace(problem, compliance=np.ascontiguousarray(yields), modes=modes, softness=softness)
 
 
 def carried_turning(problem: ContactProblem, normal: Array) -> tuple[float, float]:

@@ -88,7 +88,7 @@ def test_a_centre_in_the_middle_changes_nothing():
 
 
 @pytest.mark.parametrize(
-    "pressure, moment",
+    ("pressure", "moment"),
     [
         # Integrals of mu p r over a circle of radius a, of the normal force N: in mu N a.
         ("even", 2.0 / 3.0),

@@ -20,8 +20,8 @@ class Truth:
     """The plant's true state, for the judge alone; mm and N, forces of one finger.
 
     stick_ratio: stick area / contact area; slip_ratio: F_t / F_n at which the whole contact would
-    slip, the friction coefficient unless the object leans or turns; both None without contact, the second
-    under another law than Coulomb's too.
+    slip, the friction coefficient unless the object leans or turns; both None without contact, the
+    second under another law than Coulomb's too.
     slip_distance: least accumulated slip over the points in contact. complete_slip: loaded, and
     (nearly) nothing sticks. lifted: the object hangs free of its support; None where the plant
     holds no object with a weight. rise: of the object above its support, mm. rotation: by which it
