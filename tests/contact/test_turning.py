@@ -131,6 +131,18 @@ def _pressed(problem):
     return measure(problem, next(sheared(problem, ()))).normal_force
 
 
+@pytest.mark.parametrize("lean", [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
+def test_the_limit_on_a_plane_that_leans(lean):
+    """By degrees about z and x. The slide shifts the normal forces, so its last ones are taken."""
+    direction = np.array([np.sin(np.deg2rad(lean[0])), -1.0, np.sin(np.deg2rad(lean[1]))])
+    plane = Plane(0.0, tuple(direction / np.linalg.norm(direction)))
+    problem = turning(contact_problem(bump(21), plane, MU), CENTRE, WEIGHT)
+    last = list(sheared(problem, np.linspace(0.0, 0.6, 61)[1:]))[-1]
+    normal, most = carried_turning(problem, last.multiplier[:, 0])
+    found = measure(problem, last)
+    assert (found.normal_force, found.tangential_force) == pytest.approx((normal, most), rel=1e-3)
+
+
 def test_half_a_finger_and_a_section_do_not_turn():
     problem = posed(5)
     half = replace(problem, model=replace(problem.model, symmetry_factor=2))
