@@ -102,6 +102,25 @@ def test_a_section_is_refused_before_work():
     assert not Case(design, None, "3d").symmetric
 
 
+def test_a_draw_off_the_middle_takes_a_whole_finger_in_3d():
+    from fingerdesign.analysis.case import Case, fundamental_scene
+    from fingerdesign.analysis.forecast.forecast import impossible
+    from fingerdesign.sensing.perturb.finger import bench_grip, perturb, refuse_faults
+
+    design = load_design("sensitive")
+    drawn = [perturb(design, ["off_centre"], seed).design for seed in range(20)]
+    offs = np.array([each.grip.off_centre_mm for each in drawn])
+    assert (np.abs(offs) <= 10.0).all()
+    assert offs.min() < -5.0
+    assert offs.max() > 5.0
+    bench = drawn[0].model_copy(update={"grip": bench_grip(drawn[0].grip)})
+    case = Case(bench, None, "3d")
+    assert (case.symmetric, impossible(case, fundamental_scene())) == (False, [])
+    refuse_faults(design, ["off_centre"], "3d")
+    with pytest.raises(DesignError, match="take --fidelity 3d"):
+        refuse_faults(design, ["off_centre"])
+
+
 def test_the_forecast_of_the_force_against_models():
     """F_n that just holds on film_tees, whole, in 3-D: (off mm, friction, g, N)."""
     for off, friction, mass_g, force in (
