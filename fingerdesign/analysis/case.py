@@ -64,8 +64,9 @@ class Case:
 
     @property
     def symmetric(self) -> bool:
-        """True if half of the finger says all: design and scene both mirror in z = 0."""
-        return mirrors_in_z(self.design) and self.path_scene.mirrors_in_z
+        """True if half of the finger says all: design, scene and lifts mirror in z = 0."""
+        centred = self.design.grip.off_centre_mm == 0.0
+        return centred and mirrors_in_z(self.design) and self.path_scene.mirrors_in_z
 
     @property
     def runs_grips(self) -> bool:

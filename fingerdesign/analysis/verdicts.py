@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
-from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.stock import sheets_of
 from fingerdesign.materials import MATERIALS
 from fingerdesign.records.result import (
@@ -266,7 +265,7 @@ def _masses(grips: Sequence[GripResult], lightest: float = 0.0, heaviest: float 
 
 def _firm_hold(grip: GripResult) -> float:
     """The force, N, that holds by friction alone, with the most margin that people keep."""
-    return HUMAN_MARGIN[1] * weight_per_finger(grip.object_mass_g) / grip.friction_coefficient
+    return HUMAN_MARGIN[1] * grip.least_force_N
 
 
 def _force_fixes(result: Result, design_file: str) -> Iterator[Fix]:

@@ -8,6 +8,7 @@ near the defaults of ``[grip]``. Of a range of masses the heaviest sets the trav
 sets steps and forces, which else would exceed all that it may be held with.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -15,18 +16,48 @@ from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.bodies import crest_height
-from fingerdesign.layout.zone import approach_for
+from fingerdesign.layout.zone import approach_for, contact_reach
 
 _MARGIN = 2.0  # The paper's rule holds at most this times the least force.
 _TRAVEL = 1.5  # The forecast is up to a third short (docs/reference/fingers.md)
 MOST_TRAVEL = 0.25  # Of the finger's height; beyond it small strains are no model.
+# A mean distance from the middle over its root mean square is 0.87 of a line, 0.94 of a square.
+_ROUNDS, _MEAN = 4, 0.9
 _FUNDAMENTAL = 4.0 / 3.0, 0.5  # The fundamental case presses with 4/3 w at this friction.
 
 
 def lift_approach(design: Design, friction: float, margin: float, mass_g: float) -> float:
     """Forecast the approach, mm, at which an object is held with ``margin``."""
-    force = margin * weight_per_finger(mass_g) / friction
+    force = lift_force(design, friction, margin, mass_g)
     return approach_for(design, SceneObject(), force)
+
+
+def lift_force(design: Design, friction: float, margin: float, mass_g: float) -> float:
+    """Forecast F_n, N, that holds an object with ``margin``, also one off the middle.
+
+    A contact whose points are r from its middle, in the mean, carries the moment mu F_n r; at a
+    distance c it carries 1 / sqrt(1 + (c / r)^2) of the force that it carries in the middle. r
+    grows with the force, so it is found in a few rounds. On film_tees, 3 to 20 mm off, the force is
+    10 % less to 20 % more than the model's.
+    """
+    centred = force = margin * weight_per_finger(mass_g) / friction
+    if off := design.grip.off_centre_mm:
+        for _ in range(_ROUNDS):
+            approach = approach_for(design, SceneObject(), force)
+            force = centred * math.hypot(1.0, off / _contact_radius(design, approach))
+    return force
+
+
+def _contact_radius(design: Design, approach: float) -> float:
+    """Mean distance from the middle, mm: of an even line with Hertz's pressure across it, or of
+    Hertz's ellipse."""
+    body = design.body
+    across, along = contact_reach(design, SceneObject(), approach)
+    across = min(across, 0.5 * body.width_mm)
+    square = (across**2 + min(along, 0.5 * body.depth_mm) ** 2) / 5.0
+    if body.straight:
+        square = body.depth_mm**2 / 12.0 + across**2 / 4.0
+    return _MEAN * math.sqrt(square)
 
 
 def _section(design: Design) -> Design:

@@ -63,7 +63,18 @@ def _lift_faults(grip: Grip) -> list[Fault]:
     """Find the faults of keys that need an object which hangs from the fingers."""
     if grip.plant != "lift":
         return list(_unused_lift_keys(grip))
-    return [*_event_faults(grip), *_tug_faults(grip)]
+    return [*_event_faults(grip), *_tug_faults(grip), *_turning_faults(grip)]
+
+
+def _turning_faults(grip: Grip) -> Iterator[Fault]:
+    """Find what a lift of an object that turns does not know."""
+    if not grip.off_centre_mm:
+        return
+    remedy = "leave one of them out: an object that turns is held by two like fingers, at rest"
+    for name, bound in (("opposite", "'mirror'"), ("inertia", "false")):
+        if (value := getattr(grip, name)) != Grip.model_fields[name].default:
+            shown = "true" if value is True else value
+            yield Fault(f"grip.{name}", shown, f"{bound} with grip.off_centre_mm", remedy)
 
 
 def _events(grip: Grip) -> list[tuple[str, int]]:
@@ -82,6 +93,7 @@ def _unused_lift_keys(grip: Grip) -> Iterator[Fault]:
         yield Fault(key, "given", "left out", remedy)
     for name, bound in (
         ("opposite", "'mirror'"),
+        ("off_centre_mm", "0"),
         ("hold_steps", "0"),
         ("relaxation_per_minute", "0"),
         ("rubber_memory", "left out"),

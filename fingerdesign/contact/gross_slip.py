@@ -1,18 +1,24 @@
 """Complete slip under a level plane: the forces that friction then carries (numpy only).
 
 Dragged far in one increment, every node in contact slides toward +x, so forces follow from the
-approach alone. Coulomb's law makes F_t = mu F_n of them; under another law their ratio depends on
-the load, and an object of weight w a finger is held by F_n where F_t(F_n) = w.
+approach alone. Coulomb's law makes F_t = mu F_n of them; under another law, and of an object that
+turns about a centre off the middle, their ratio depends on the load, and an object of weight w a
+finger is held by F_n where F_t(F_n) = w.
 """
 
 from __future__ import annotations
 
-from fingerdesign.contact.balance import ForceSlope, rising_root
-from fingerdesign.contact.increment import Increment, Workspace, solve_increment
+from dataclasses import replace
+
+from fingerdesign.contact.balance import Attempts, ForceSlope, rising_root
+from fingerdesign.contact.increment import Increment, Workspace, ZoneExhausted, solve_increment
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.tangent import stiffness
+from fingerdesign.contact.turning import carried_turning
 from fingerdesign.errors import SolverError
 
+# An object that turns is dragged by growing steps, the first one in approaches times the bound.
+_FIRST, _GROWTH, _MOST_DRAGS = 0.1, 1.35, 18
 _FAR = 10.0  # Shear, in approaches times the steepest bound (at least 1): every node slides.
 
 
@@ -40,10 +46,12 @@ def forces_of_slip(problem: ContactProblem, approach: float) -> tuple[float, flo
 def coefficient_under(problem: ContactProblem, tangential: float) -> float:
     """Ratio of F_t = ``tangential`` (N, over 0) to the least F_n that carries it.
 
-    Coulomb's coefficient is the same at every load; of another law this is the one that a lift of
-    that load meets. Raises ZoneExhausted where no contact within the candidates carries the force,
-    else as :func:`sliding`.
+    Coulomb's coefficient is the same at every load; under another law, and of an object that turns,
+    this is the one that a lift of that load meets. Raises ZoneExhausted where no contact within the
+    candidates carries the force, else as :func:`sliding`.
     """
+    if problem.softness is not None:
+        return _coefficient_turning(problem, tangential)
     if problem.law.is_coulomb:
         return problem.law.coefficient
 
@@ -52,8 +60,56 @@ def coefficient_under(problem: ContactProblem, tangential: float) -> float:
         force = problem.model.total_force(found.force)
         return ForceSlope(float(force[0]), float(stiffness(problem, found)[1, 0]), -float(force[1]))
 
+    held = rising_root(carried, tangential, *_start(problem, tangential))
+    return tangential / forces_of_slip(problem, held)[0]
+
+
+def _turning_until_sliding(
+    problem: ContactProblem, pressed: Increment, workspace: Workspace
+) -> Increment:
+    """Drag on from a press, ever farther, until every node slides or at least turns as it will."""
+    state, found, shear = pressed.state, pressed, 0.0
+    step = _FIRST * max(problem.law.steepest, _FIRST) * pressed.motion.approach
+    for _ in range(_MOST_DRAGS):
+        shear, step = shear + step, _GROWTH * step
+        found = solve_increment(problem, state, replace(state.motion, shear=shear), workspace)
+        state, touching = found.state, found.multiplier[:, 0] > 0.0
+        if (state.sliding[touching] > 0.0).all():
+            break
+    return found
+
+
+def _coefficient_turning(problem: ContactProblem, tangential: float) -> float:
+    """The force that holds is found by presses, the ratio there by a slide: it shifts the normal
+    forces, and lowers the ratio by some hundredths, which hardly changes with the force."""
+    outside: list[ZoneExhausted] = []
+    trials = Attempts(problem, ContactState.untouched(problem))
+
+    def carried(approach: float) -> ForceSlope | None:
+        try:
+            found = trials.at(approach, 0.0)
+        except ZoneExhausted as reached:  # of one trial: the answer may be nearer
+            outside.append(reached)
+            return None
+        if found is None:
+            return None
+        normal, pulled = carried_turning(problem, found.multiplier[:, 0])
+        rise = float(trials.stiffness()[0, 0])
+        return ForceSlope(pulled, rise * pulled / max(normal, 1e-300), normal)
+
+    try:
+        rising_root(carried, tangential, *_start(problem, tangential))
+    except SolverError:
+        if outside:
+            raise outside[-1] from None
+        raise
+    slid = _turning_until_sliding(problem, trials.last, trials.workspace)
+    normal, pulled = carried_turning(problem, slid.multiplier[:, 0])
+    return pulled / normal
+
+
+def _start(problem: ContactProblem, tangential: float) -> tuple[float, float, float]:
+    """For rising_root: an approach to begin at, that of the touch (mm), and the softest (mm/N)."""
     touch = max(0.0, float(problem.gap0.min()))
     softest = float(problem.self_compliance.max()) / problem.model.symmetry_factor
-    start = touch + 0.1 * softest * tangential
-    held = rising_root(carried, tangential, start, touch, softest)
-    return tangential / forces_of_slip(problem, held)[0]
+    return touch + 0.1 * softest * tangential, touch, softest

@@ -136,7 +136,10 @@ def solve_increment(
         )
     if outcome.at_rim:
         raise _exhausted(problem, found.multiplier, motion)
-    after = ContactState(outcome.slip, found.multiplier, motion, outcome.travelled, outcome.sliding)
+    reached = problem.found_motion(motion, found.multiplier)
+    after = ContactState(
+        outcome.slip, found.multiplier, reached, outcome.travelled, outcome.sliding
+    )
     workspace.tracker(problem).know(found, outcome, change, state.slip)
     workspace.record(state, after)
     return Increment(

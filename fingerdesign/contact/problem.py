@@ -56,6 +56,9 @@ class Motion:
         return text + (f", load {self.load:g}" if self.load else "")
 
 
+FREE = slice(2, 4)  # The amplitudes, shear_z and twist, that an object free to turn finds itself.
+
+
 @dataclass(frozen=True)
 class ContactProblem:
     """A reduced model facing an object, in local components.
@@ -63,7 +66,8 @@ class ContactProblem:
     compliance (m dim, m dim) mm/N; gap0 (m,) mm; frames (m, dim, dim): rows n, t1(, t2);
     modes (5, m, dim): gap and slip of a rigid finger per unit of each of Motion's amplitudes;
     friction_share (m,): see :meth:`patchy`; self_compliance (m,): normal self-compliance of each
-    node, the solver's length per force.
+    node, the solver's length per force. softness: of the springs along z, mm/N, and about y,
+    degrees^2/(N mm), that hold an object free to turn (turning.py); None: its motion is all given.
     """
 
     model: ReducedModel
@@ -73,6 +77,7 @@ class ContactProblem:
     modes: Array
     law: FrictionLaw
     friction_share: Array | None = None
+    softness: Array | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -95,9 +100,10 @@ class ContactProblem:
 
         Both forces are along the stage's axes, as a rig measures them. On a level plane it is the
         friction coefficient; on one that leans by t degrees it is tan(atan(mu) + t). None without
-        contact, and under another law than Coulomb's, where it changes with F_n.
+        contact, under another law than Coulomb's, and for an object that turns: there it changes
+        with F_n (gross_slip.py).
         """
-        if not self.law.is_coulomb:
+        if not self.law.is_coulomb or self.softness is not None:
             return None
         pressed = np.maximum(normal, 0.0)
         limit = np.zeros(self.shape)
@@ -140,6 +146,15 @@ class ContactProblem:
         local[:, 0] += self.gap0
         local[:, 1:] -= slip_reference
         return local
+
+    def found_motion(self, motion: Motion, multiplier: Array) -> Motion:
+        """A motion with what an object free to turn adds to it under the forces (m, dim) N."""
+        if self.softness is None:
+            return motion
+        z, twist = self.softness * np.einsum("kma,ma->k", self.modes[FREE], multiplier)
+        return replace(
+            motion, shear_z=motion.shear_z + float(z), twist_deg=motion.twist_deg + float(twist)
+        )
 
     def to_global(self, multiplier: Array) -> Array:
         """Nodal forces on the finger (m, dim) N in x, y(, z)."""

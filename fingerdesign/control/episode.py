@@ -11,6 +11,7 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.turning import MOST_TURN_DEG
 from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.foresight import judge_warnings
@@ -130,10 +131,13 @@ class _Run:
             return "caught", _why_caught(truth)
         assert self.lift is not None
         why = "2 F_t is over the weight" if truth.lifted is None else "the object hangs"
-        return "lifted", f"{why} at F_n = {self.truths[self.lift].normal_force:.2f} N"
+        turned = f", turned by {abs(truth.rotation):.1f} degrees" if truth.rotation else ""
+        return "lifted", f"{why} at F_n = {self.truths[self.lift].normal_force:.2f} N{turned}"
 
     def _why_slipped(self, truth: Truth) -> str:
         what = "the whole contact slips" if self.lift is None else "the object drops"
+        if abs(truth.rotation) > MOST_TURN_DEG:
+            what = f"the object turns by {abs(truth.rotation):.1f} degrees"
         if truth.caught is False:
             what = f"the object slides {truth.slid:.2f} mm and drops"
         return f"{what} at F_n = {truth.normal_force:.2f} N"
@@ -212,6 +216,7 @@ def _result(run: _Run, friction_coefficient: float, outcome: GripEnding, reason:
         caught=last.caught,
         catch_s=last.catch_time,
         swing_Hz=last.frequency,
+        rotation_deg=last.rotation,
         outcome=outcome,
         steps_to_lift=len(gripping) if lift is None else lift - run.preload_moves + 1,
         slip_ratio=last.slip_ratio if lift is None else truths[lift].slip_ratio,
@@ -296,20 +301,23 @@ def run_episodes(
 
     law = "" if problem.law.is_coulomb else str(problem.law)
 
-    def run(number: int, friction: float, hand: Controller) -> Episode:
-        plant = rig.plant(friction, object_mass_g, number)
+    def run(plant: Plant, friction: float, hand: Controller) -> Episode:
         after = grip.hold_steps
         episode = run_episode(plant, hand, calibration, bounds, friction, object_mass_g, after)
         return replace(episode, result=replace(judged_warnings(episode, grip), friction_law=law))
 
     episodes = []
     for number, friction in enumerate(friction_coefficients):
+        plant = rig.plant(friction, object_mass_g, number)
+        # An oracle knows at which ratio of forces the object slips, also where it turns.
+        known = plant.truth().slip_ratio or friction
         hand = make_controller(
-            grip.controller, grip, estimator=estimator, friction=friction, mass_g=object_mass_g
+            grip.controller, grip, estimator=estimator, friction=known, mass_g=object_mass_g
         )
-        episode = run(number, friction, hand)
+        episode = run(plant, friction, hand)
         if without_rule and grip.controller == "paper":
-            free = run(number, friction, PaperController(grip, rule=False))
+            again = rig.plant(friction, object_mass_g, number)
+            free = run(again, friction, PaperController(grip, rule=False))
             # A comparison that failed shows nothing either way.
             slips = None if free.result.outcome == "failed" else free.result.gross_slip
             episode = replace(

@@ -41,6 +41,7 @@ LATER: dict[str, Any] = {
     "inertia": False,
     "drop_mm": 10.0,
     "actuator_lag_s": 0.0,
+    "off_centre_mm": 0.0,
 }
 
 

@@ -283,6 +283,13 @@ class Grip(Table):
         description="lift: the other finger; mirror: a mirror image, half of all forces each; "
         "bare: the same body without plates, a second model",
     )
+    off_centre_mm: float = bounded(
+        0.0,
+        -200,
+        200,
+        "lift, in 3-D: z of the object's centre of mass from the middle of the contact; its weight "
+        "turns the object between the fingers, and more than 10 degrees is a drop",
+    )
     hold_steps: int = bounded(
         0, 0, 100_000, "lift: control steps for which the lifted object is held on"
     )

@@ -143,6 +143,7 @@ class GripResult:
     Of an object with inertia: slid_mm through the fingers while it hung; caught: the last slide
     ended by sticking, None where nothing slid; catch_s: the longest that a catch took; swing_Hz:
     of the object on the fingers, as it was lifted. gross_slip is true of what was caught too.
+    rotation_deg: by which an object off the middle has turned between the fingers, at the end.
     friction_law: empty for Coulomb's; under another one, friction_coefficient is half the weight
     over the least normal force that holds it.
     """
@@ -180,6 +181,7 @@ class GripResult:
     reaction_steps: int | None = None
     friction_law: str = ""
     slip_ratio: float | None = None
+    rotation_deg: float = 0.0
 
     @property
     def least_force_N(self) -> float:

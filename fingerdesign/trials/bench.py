@@ -110,14 +110,15 @@ class GripBench:
             vars(other)["_calibrations"] = self._calibrations
         return other
 
-    def controller(self, cell: Cell) -> Controller:
-        """Make a controller; the estimator is given its rig's noise, oracles friction and mass."""
+    def controller(self, cell: Cell, slip_ratio: float) -> Controller:
+        """Make a controller; the estimator is given its rig's noise, oracles the mass and the ratio
+        of forces at which the object slips."""
         estimator = self.estimator
         return make_controller(
             cell.controller,
             self.grip,
             estimator=None if estimator is None else estimator.at_noise(cell.noise),
-            friction=cell.friction,
+            friction=slip_ratio,
             mass_g=cell.mass_g,
         )
 
@@ -156,15 +157,16 @@ class GripBench:
             after += tug.steps(rate) if cell.tug > 0.0 else 0
         problem, other = (self.gripping or self.problem).with_friction(cell.friction), self.opposite
         other = None if other is None else other.with_friction(cell.friction)
-        own = Timed.of(self.grip), self.grip.kinetic_share
+        own = Timed.of(self.grip), self.grip.kinetic_share, self.grip.off_centre_mm
         remembered = RememberedPlant(
             lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls, *own),
             Memory() if memory is None else memory,
         )
+        known = remembered.truth().slip_ratio or cell.friction
         rng = stream(seed_of(cell, self.grid.seed), "samples")
         return run_episode(
             ImperfectPlant(remembered, self._noisy(cell.noise), rng, self.plates),
-            self.controller(cell),
+            self.controller(cell, known),
             self.calibration(cell.noise),
             self.bounds,
             cell.friction,

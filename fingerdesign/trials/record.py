@@ -63,6 +63,7 @@ COLUMNS = (
     "slid_mm",
     "caught",
     "catch_s",
+    "rotation_deg",
     "ending",
     "reason",
 )

@@ -139,7 +139,7 @@ def test_friction_in_motion_is_5_to_20_per_cent_less():
 
 
 def test_another_mesher_is_requested_by_name_in_three_dimensions():
-    assert set(FAULTS) - set(ALL) == ON_REQUEST == {"mesher"}
+    assert set(FAULTS) - set(ALL) == ON_REQUEST == {"mesher", "off_centre"}
     design = load_design("sensitive")
     refuse_faults(design, ["mesher"], "3d")
     with pytest.raises(DesignError, match="netgen alone meshes sections"):

@@ -89,6 +89,9 @@ def impossible(case: Case, scene: Scene) -> list[Fault]:
             bound = "'3d' for a scene that is not the same in every section"
             need = "take 3d: a sphere, a turned object or one along x, shear_z and twist need it"
             faults.append(Fault("--fidelity", case.fidelity, bound, need))
+    if case.fidelity in ("plane-strain", "auto") and (off := case.design.grip.off_centre_mm):
+        bound = f"0 for --fidelity {case.fidelity}: an object turns about the normal in 3-D alone"
+        faults.append(Fault("grip.off_centre_mm", off, bound, "take --fidelity 3d"))
     if case.fidelity == "auto":
         faults += tolerance_faults(case.tolerance)
         if case.design.mesh.mesher == "file":

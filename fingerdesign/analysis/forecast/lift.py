@@ -16,7 +16,7 @@ from fingerdesign.analysis.detection import (
     WANTED_STICK_CHANGE,
     amplifier_noise,
 )
-from fingerdesign.checks.follow import lift_approach
+from fingerdesign.checks.follow import lift_approach, lift_force
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.scene import SceneObject
@@ -69,7 +69,7 @@ def lifts(design: Design) -> list[Lift]:
 
 def _lift(design: Design, friction: float, mass_g: float) -> Lift:
     weight = weight_per_finger(mass_g)
-    force = weight / (HELD_USED * friction)
+    force = lift_force(design, friction, 1.0 / HELD_USED, mass_g)
     approach = lift_approach(design, friction, 1.0 / HELD_USED, mass_g)
     body = design.body
     wide, deep = (

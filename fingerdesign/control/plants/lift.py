@@ -30,13 +30,23 @@ from math import isfinite
 import numpy as np
 
 from fingerdesign.contact.force_control import NoEquilibrium
+from fingerdesign.contact.gross_slip import coefficient_under
 from fingerdesign.contact.memory import Rubber
 from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.turning import MOST_TURN_DEG, turning
 from fingerdesign.control.plants.fingers import DifferentPair, Kind, MirrorPair, PairState, Warming
 from fingerdesign.control.plants.plant import Truth, observe
 from fingerdesign.control.plants.slide import Inertia, frequency, slide
 from fingerdesign.control.signals import Sample, gage_readings
-from fingerdesign.design.grip import Grip, Tug, WeightChange, lifting_tugs, mass_at, pull_at
+from fingerdesign.design.grip import (
+    Grip,
+    Tug,
+    WeightChange,
+    lifting_tugs,
+    mass_at,
+    pull_at,
+    weight_per_finger,
+)
 from fingerdesign.shapes.friction import FrictionLaw
 
 _RELAXES_s = 0.1  # T
@@ -144,7 +154,9 @@ class LiftPlant:
     one move. Forces and truth are those of the finger with gages. opposite: another finger's
     problem, without it a mirror image. The
     support is where the object is first touched. kinetic_share: of either finger's friction, what
-    is left where it slides (contact/history.py).
+    is left where it slides (contact/history.py). off_centre: z of the object's centre of mass from
+    the middle, mm; the support is under that centre, and the object turns about it
+    (contact/turning.py). The truth's slip ratio is then that at the least force which holds it.
 
     Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then; and
     for rubber that relaxes under another law than Coulomb's, whose bounds do not scale with forces.
@@ -159,6 +171,7 @@ class LiftPlant:
         disturbances: Sequence[Tug | WeightChange] = (),
         timed: Timed = Timed(),
         kinetic_share: float = 1.0,
+        off_centre: float = 0.0,
     ) -> None:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
@@ -166,6 +179,11 @@ class LiftPlant:
             raise ValueError(
                 f"forces of rubber that relaxes do not scale at friction {problem.law}"
             )
+        self._slip_ratio: float | None = None
+        if off_centre:
+            own_weight = weight_per_finger(object_mass_g)
+            problem = turning(problem, off_centre, own_weight)
+            self._slip_ratio = coefficient_under(problem, own_weight)
         self._timed = timed
         self._face, kind = face, Kind(timed.rubber, kinetic_share, timed.warming)
         self._fingers: MirrorPair | DifferentPair = MirrorPair(problem, kind)
@@ -186,7 +204,8 @@ class LiftPlant:
         self._since_lift: int | None = None  # moves since the first lift
         self._lifted = False
         sliding = None if timed.inertia is None else False
-        self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, lifted=False, sliding=sliding)
+        start = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, self._slip_ratio, lifted=False)
+        self._truth = replace(start, sliding=sliding)
         self.held: PairState | None = None  # of both fingers after the last move
         self._weight = 0.0  # at the last move
         self._speed = 0.0  # of the object, upward, mm/s
@@ -213,6 +232,7 @@ class LiftPlant:
             [*grip.tugs, *grip.weight_changes],
             Timed.of(grip),
             grip.kinetic_share,
+            grip.off_centre_mm,
         )
 
     def move(self, dx: float, dy: float) -> Sample:
@@ -226,6 +246,8 @@ class LiftPlant:
             self._truth = replace(self._truth, rise=move.hand - self._truth.shear)
             return self._sample
         found = self._slide_on(move) if self._truth.sliding else self._find(move)
+        if abs(found.held.increment.state.motion.twist_deg) > MOST_TURN_DEG:
+            found = replace(found, lifted=False, dropped=True)
         truth, sample = observe(self._fingers.problem, found.held.increment, self._face)
         self._fingers.accept(found.held)
         self._fingers.passed()
@@ -271,6 +293,7 @@ class LiftPlant:
             tangential_force=share * truth.tangential_force,
             stick_ratio=0.0 if all_slid else truth.stick_ratio,  # it all slid as it dropped
             complete_slip=truth.complete_slip or all_slid,
+            slip_ratio=self._slip_ratio or truth.slip_ratio,
             lifted=found.lifted,
             rise=move.hand - truth.shear if found.lifted else 0.0,
             sliding=None if before.sliding is None else found.sliding,

@@ -20,11 +20,12 @@ class Truth:
     """The plant's true state, for the judge alone; mm and N, forces of one finger.
 
     stick_ratio: stick area / contact area; slip_ratio: F_t / F_n at which the whole contact would
-    slip, the friction coefficient unless the object leans; both None without contact, the second
-    under another law than Coulomb's too.
+    slip, the friction coefficient unless the object leans or turns; both None without contact, the
+    second under another law than Coulomb's too.
     slip_distance: least accumulated slip over the points in contact. complete_slip: loaded, and
     (nearly) nothing sticks. lifted: the object hangs free of its support; None where the plant
-    holds no object with a weight. rise: of the object above its support, mm.
+    holds no object with a weight. rise: of the object above its support, mm. rotation: by which it
+    has turned about the contact's normal, degrees.
 
     Of an object with inertia (plants/slide.py), else None or 0. sliding: it slides through the
     fingers at the end of the move. slid: how far it has in all its slides, mm. caught: the last of
@@ -47,6 +48,7 @@ class Truth:
     caught: bool | None = None
     catch_time: float | None = None
     frequency: float | None = None
+    rotation: float = 0.0
 
 
 class Plant(Protocol):
@@ -79,6 +81,7 @@ def observe(problem: ContactProblem, increment: Increment, face: str) -> tuple[T
         slip_distance=found.slip_distance,
         complete_slip=completely_slips(found, problem.model.dimension),
         slip_ratio=problem.slip_ratio(increment.multiplier[:, 0]),
+        rotation=increment.state.motion.twist_deg,
     )
     readings = gage_readings(found.gages, face)
     return truth, Sample(readings, found.normal_force, found.tangential_force)

@@ -113,6 +113,11 @@ def curved(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.object.update(shape="cylinder", radius_mm=30.0 / rng.uniform(1e-3, 1.0))
 
 
+def off_centre(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    draw.design["grip.plant"] = "lift"  # An object turns in a plant that lifts.
+    draw.design["grip.off_centre_mm"] = 10.0 * rng.uniform(-1.0, 1.0)
+
+
 def meshed(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     factor = rng.uniform(1.2, 2.0)
     for table, sizes in (("mesh.section", design.mesh.section), ("mesh", design.mesh)):

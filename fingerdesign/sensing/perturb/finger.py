@@ -130,15 +130,19 @@ def perturbed_problems(
 
     The last finger is cached: draws that differ in hardware alone share it.
     """
-    design, grip = found.design, found.design.grip
-    stage = Grip(
+    design = found.design.model_copy(update={"grip": bench_grip(found.design.grip)})
+    bench = _last_bench(design, (found.object,), fidelity, found.fixed_keys)
+    return bench, facing(bench, found)
+
+
+def bench_grip(grip: Grip) -> Grip:
+    """What a finger's model depends on of its ``[grip]`` table; the rest as by default."""
+    return Grip(
         max_approach_mm=grip.max_approach_mm,
         bench_friction_coefficient=grip.bench_friction_coefficient,
+        plant=grip.plant,
+        off_centre_mm=grip.off_centre_mm,  # it takes a whole finger
     )
-    bench = _last_bench(
-        design.model_copy(update={"grip": stage}), (found.object,), fidelity, found.fixed_keys
-    )
-    return bench, facing(bench, found)
 
 
 def facing(bench: ContactProblem, found: PerturbedFinger) -> ContactProblem:
@@ -163,6 +167,9 @@ def refuse_faults(design: Design, names: Iterable[str], fidelity: str = "plane-s
     found = _undrawable(design, chosen)
     if "mesher" in chosen:
         found += _no_other_mesher(design, fidelity)
+    if "off_centre" in chosen and fidelity != "3d":
+        bound = "another fault in plane strain: an object turns about the normal in 3-D alone"
+        found.append(Fault("--fault", "off_centre", bound, "take --fidelity 3d, or leave it out"))
     if design.grip.opposite != "mirror":
         bound = "'mirror' on perturbed fingers: both are alike"
         found.append(Fault("grip.opposite", design.grip.opposite, bound, "set it to 'mirror'"))
