@@ -1,5 +1,6 @@
 """Record of tolerance.json. Spreads are standard deviations, of one or of the row's own."""
 
+import math
 from dataclasses import asdict, dataclass
 from typing import Annotated, Any, Literal
 
@@ -82,6 +83,17 @@ class ToleranceData:
     cast: Annotated[CastData | None, Field(description="by real models, where they were asked for")]
     seconds: Size
     versions: dict[str, str]
+
+    @property
+    def reading_std(self) -> tuple[float, float]:
+        """Of readings as made and once calibrated, over the largest of their row: RMS over rows."""
+        rows = [row for row in self.rows if row.largest_reading_microstrain > 0.0]
+
+        def share(k: int) -> float:
+            each = [r.reading_std_microstrain[k] / r.largest_reading_microstrain for r in rows]
+            return math.hypot(*each) / math.sqrt(max(len(rows), 1))
+
+        return share(0), share(1)
 
     def data(self) -> dict[str, Any]:
         """The content of the file."""
