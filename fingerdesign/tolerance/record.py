@@ -37,6 +37,8 @@ class RowData:
     tangential_force_std_N: tuple[Size, Size]
     stick_ratio_std: tuple[Size, Size]
     reading_std_microstrain: tuple[Size, Size]
+    gage_area_mm: Annotated[Size | None, Field(description="of rows that only shear; else null")]
+    gage_area_std_mm: tuple[Size, Size]
     on_kink: Annotated[Size, Field(description="share of the force on nodes between two statuses")]
 
 
@@ -83,6 +85,13 @@ class ToleranceData:
     cast: Annotated[CastData | None, Field(description="by real models, where they were asked for")]
     seconds: Size
     versions: dict[str, str]
+
+    @property
+    def margin_std(self) -> tuple[float, float]:
+        """Of the margin over itself, by motion: it goes with the largest normal force."""
+        row = max(self.rows, key=lambda each: each.normal_force_N)
+        made, calibrated = row.normal_force_std_N
+        return made / row.normal_force_N, calibrated / row.normal_force_N
 
     @property
     def reading_std(self) -> tuple[float, float]:
