@@ -56,10 +56,11 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
 
 def _yields(found: ToleranceData) -> list[tuple[str, str]]:
     """Yields in words: by motion alone, and of real models where there are any."""
-    made, known = (f"{100 * each:.0f} %" for each in found.yield_by_motion)
-    yields = [("yield by motion", f"{made} grip with 1.1 to 1.5 x least force; calibrated {known}")]
-    scatter = " as made, ± ".join(f"{100 * each:.2g} %" for each in found.margin_std)
-    yields.append(("margin by motion", f"± {scatter} calibrated"))
+    made, known = (
+        f"{100 * share:.0f} % (± {100 * std:.2g} %)"
+        for share, std in zip(found.yield_by_motion, found.margin_std, strict=True)
+    )
+    yields = [("yield by motion", f"margin 1.1 to 1.5 in {made}; calibrated {known}")]
     if (cast := found.cast) is not None:
         low, high = (100 * each for each in cast.interval)
         text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of the lifts of {cast.fingers}"
