@@ -130,7 +130,8 @@ def _show_facts(report: MoldData, general: Collection[str]) -> None:
     if report["silicone"] is not None:
         say_marked("", report["silicone"]["sentence"])
     if report["placement"] is not None:
-        say_marked("", report["placement"]["sentences"][0])
+        for sentence in report["placement"]["sentences"][:3:2]:  # Each plate, and the spread.
+            say_marked("", sentence)
     for warning in report["warnings"]:
         if details() or warning not in general:
             say_marked(SIGNS["warning"], warning)

@@ -70,8 +70,10 @@ def placement_effect(
     plates, ``unit``), ``rms`` and ``worst`` of what it does to readings, over gages and rows, as
     shares of a row's largest reading, with the ``worst_plate`` (``rms_alike``, ``rms_opposed``: of
     the two ways alone). "together": the same of all three. "row": "tolerance_mm", "changes"
-    and "together" of the row as a whole. "gages": a row a plate, the worst of its rows. sizes: of
-    the section's mesh, instead of twice the design's; fidelity: "plane-strain" or "3d".
+    and "together" of the row as a whole. "std": of readings of fingers as made, any place within
+    its tolerance being as likely, a share, RMS over gages and rows. "gages": a row a plate, the
+    worst of its rows. sizes: of the section's mesh, instead of twice the design's; fidelity:
+    "plane-strain" or "3d".
     """
     start = time.perf_counter()
     frames, reason = section_plates(design) if fidelity != "3d" else plates_in_space(design)
@@ -227,12 +229,14 @@ def _effect(
     row_off = row_tolerances(plan)
     rows = np.abs(slopes[:2].sum(axis=-1) * np.array(row_off)[:, None, None])
     together = np.sqrt((share**2).sum(axis=0))
+    alone = ((slopes * off.T[:, None, None]) ** 2).sum(axis=(0, -1)) + (rows**2).sum(axis=0)
     effect: Effect = {
         "fidelity": case.fidelity,
         "tolerance_mm": sizes_off[0],
         "angle_deg": sizes_off[2],
         "changes": changes,
         "together": _summary(together, frames),
+        "std": float(np.sqrt(alone.mean() / 3.0)),  # Of a uniform draw: the tolerance over root 3.
         "gages": _gages(design, frames, share, together),
         "friction_coefficient": scene.object.friction_coefficient,
         "increments_mm": [[round(value, 5) for value in row[:2]] for row in scene.path.rows],

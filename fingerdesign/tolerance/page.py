@@ -40,7 +40,7 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
     def words(value: float, pair: tuple[float, float], unit: str) -> str:
         return f"{value:.3g}{unit} ± {pair[0]:.2g} as made, ± {pair[1]:.2g} calibrated"
 
-    return [
+    pairs = [
         ("F_n", words(row.normal_force_N, row.normal_force_std_N, " N")),
         ("F_t", words(row.tangential_force_N, row.tangential_force_std_N, " N")),
         ("stick ratio", words(row.stick_ratio, row.stick_ratio_std, "")),
@@ -49,12 +49,18 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
             words(row.largest_reading_microstrain, row.reading_std_microstrain, " µε at most"),
         ),
     ]
+    if (area := row.gage_area_mm) is not None:
+        pairs.append(("gage area", words(area, row.gage_area_std_mm, " mm")))
+    return pairs
 
 
 def _yields(found: ToleranceData) -> list[tuple[str, str]]:
     """Yields in words: by motion alone, and of real models where there are any."""
-    made, known = (f"{100 * each:.0f} %" for each in found.yield_by_motion)
-    yields = [("yield by motion", f"{made} grip with 1.1 to 1.5 x least force; calibrated {known}")]
+    made, known = (
+        f"{100 * share:.0f} % (± {100 * std:.2g} %)"
+        for share, std in zip(found.yield_by_motion, found.margin_std, strict=True)
+    )
+    yields = [("yield by motion", f"margin 1.1 to 1.5 in {made}; calibrated {known}")]
     if (cast := found.cast) is not None:
         low, high = (100 * each for each in cast.interval)
         text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of the lifts of {cast.fingers}"
@@ -119,6 +125,8 @@ def _rows(rows: tuple[RowData, ...]) -> Table:
         "±",
         "reading, µε",
         "±",
+        "gage area, mm",
+        "±",
         "kink %",
     )
     cells = []
@@ -130,6 +138,8 @@ def _rows(rows: tuple[RowData, ...]) -> Table:
             (row.largest_reading_microstrain, row.reading_std_microstrain),
         )
         shown = [f"{value:.3g}" for pair in pairs for value in (pair[0], pair[1][0])]
+        area = (row.gage_area_mm, row.gage_area_std_mm[0])
+        shown += ["–" if area[0] is None else f"{value:.3g}" for value in area]
         cells.append((str(number), *shown, f"{100 * row.on_kink:.2g}"))
     return Table("rows", "As made: standard deviations", columns, tuple(cells))
 

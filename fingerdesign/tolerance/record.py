@@ -1,5 +1,6 @@
 """Record of tolerance.json. Spreads are standard deviations, of one or of the row's own."""
 
+import math
 from dataclasses import asdict, dataclass
 from typing import Annotated, Any, Literal
 
@@ -36,6 +37,8 @@ class RowData:
     tangential_force_std_N: tuple[Size, Size]
     stick_ratio_std: tuple[Size, Size]
     reading_std_microstrain: tuple[Size, Size]
+    gage_area_mm: Annotated[Size | None, Field(description="of rows that only shear; else null")]
+    gage_area_std_mm: tuple[Size, Size]
     on_kink: Annotated[Size, Field(description="share of the force on nodes between two statuses")]
 
 
@@ -82,6 +85,24 @@ class ToleranceData:
     cast: Annotated[CastData | None, Field(description="by real models, where they were asked for")]
     seconds: Size
     versions: dict[str, str]
+
+    @property
+    def margin_std(self) -> tuple[float, float]:
+        """Of the margin over itself, by motion: it goes with the largest normal force."""
+        row = max(self.rows, key=lambda each: each.normal_force_N)
+        made, calibrated = row.normal_force_std_N
+        return made / row.normal_force_N, calibrated / row.normal_force_N
+
+    @property
+    def reading_std(self) -> tuple[float, float]:
+        """Of readings as made and once calibrated, over the largest of their row: RMS over rows."""
+        rows = [row for row in self.rows if row.largest_reading_microstrain > 0.0]
+
+        def share(k: int) -> float:
+            each = [r.reading_std_microstrain[k] / r.largest_reading_microstrain for r in rows]
+            return math.hypot(*each) / math.sqrt(max(len(rows), 1))
+
+        return share(0), share(1)
 
     def data(self) -> dict[str, Any]:
         """The content of the file."""

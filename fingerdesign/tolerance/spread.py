@@ -20,6 +20,7 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
 from fingerdesign.sensitivity.variant import differentiable
+from fingerdesign.tolerance.area import gage_areas
 from fingerdesign.tolerance.cast import (
     Draws,
     cast_data,
@@ -64,6 +65,7 @@ def tolerance(
     names = [name for source in sources for name in source.parameters]
     found = sensitivity(design, own, names, fidelity)
     parts = variances(found, sources)
+    areas, parts["gage_area"] = gage_areas(design, own, found, sources)
     cast = None
     if draws is not None:
         fingers = cast_fingers(case, own, sources, draws, report)
@@ -73,7 +75,7 @@ def tolerance(
         design=design.design.name,
         scene=scene_name or ("fundamental" if scene is None else "scene"),
         fidelity=fidelity,
-        rows=tuple(_row(found, sources, parts, k) for k in range(found.readings.rows)),
+        rows=tuple(_row(found, sources, parts, areas, k) for k in range(found.readings.rows)),
         sources=tuple(_sources(found, sources, parts)),
         gage_std_microstrain=tuple(
             float(value) for value in np.sqrt(_total(parts["reading"]).mean(axis=0))
@@ -107,7 +109,11 @@ def _total(parts: list[Array]) -> Array:
 
 
 def _row(
-    found: Sensitivity, sources: list[Source], parts: dict[str, list[Array]], k: int
+    found: Sensitivity,
+    sources: list[Source],
+    parts: dict[str, list[Array]],
+    areas: list[float | None],
+    k: int,
 ) -> RowData:
     readings = found.readings
     left = [place for place, source in enumerate(sources) if not source.known]
@@ -126,6 +132,8 @@ def _row(
         tangential_force_std_N=pair("tangential_force"),
         stick_ratio_std=pair("stick_ratio"),
         reading_std_microstrain=pair("reading"),
+        gage_area_mm=areas[k],
+        gage_area_std_mm=pair("gage_area"),
         on_kink=float(found.on_kink[k]),
     )
 

@@ -14,11 +14,13 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.placement import (
     place_slopes,
     placement_effect,
+    row_tolerances,
     scene_for,
     section_plates,
     tolerances,
 )
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.products.notes import percent
 
 SIZES = SectionMesh(
     contact_size_mm=0.1, plate_size_mm=0.1, plate_end_size_mm=0.04, far_size_mm=1.0, gradation=0.3
@@ -96,29 +98,44 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
     assert 0.0 < none["row"]["together"]["rms"] < none["row"]["together"]["worst"] < 1.0
 
 
-def test_a_plate_that_is_off_alone_changes_no_more_than_is_reported(three, section):
+@pytest.fixture(scope="module")
+def reported(three):
+    return placement_effect(three, plan_mold(three), SIZES)
+
+
+def test_the_spread_is_that_of_fingers_drawn_by_the_linear_model(three, section, reported):
+    _, _, frames, found = section
+    plan, chance = plan_mold(three), np.random.default_rng(3)
+    off = np.array([tolerances(plan, frame.index) for frame in frames])[:, [0, 0, 1]].T
+    ways = chance.uniform(-1.0, 1.0, (4000, *off.shape)) * off
+    ways[:, :2] += chance.uniform(-1.0, 1.0, (4000, 2, 1)) * np.array(row_tolerances(plan))[:, None]
+    most = np.abs(found.readings.reading).max(axis=1)[:, None]
+    drawn = np.einsum("rgp,np->nrg", found.reading, ways.reshape(4000, -1)) / most
+    assert reported["std"] == pytest.approx(np.sqrt(drawn.var(axis=0).mean()), rel=0.04)
+    assert any(f"scatter by {percent(reported['std'])}" in each for each in reported["sentences"])
+
+
+def test_a_plate_that_is_off_alone_changes_no_more_than_is_reported(three, section, reported):
     _, _, _, found = section
-    reported = placement_effect(three, plan_mold(three), SIZES)["gages"]
     most = np.abs(found.readings.reading).max(axis=1)
     off, angle = tolerances(plan_mold(three), 1)
     for k, (name, way) in enumerate(
         zip(("along_x", "in_height", "turned"), (off, off, angle), strict=True)
     ):
         alone = (np.abs(way * found.reading[:, 1, 3 * k + 1]) / most).max()
-        assert 0.3 * reported[1][name] < alone < 1.1 * reported[1][name]
+        assert 0.3 * reported["gages"][1][name] < alone < 1.1 * reported["gages"][1][name]
 
 
-def test_the_effect_in_space_is_as_large(three):
+def test_the_effect_in_space_is_as_large(three, reported):
     """Half a model in 3-D, with gages' leads: as large as in plane strain, within a factor of two
     (free ends and leads)."""
     leads = "[gages.leads]\ndiameter_mm = 0.02\n"
-    flat = placement_effect(three, plan_mold(three), SIZES)
     coarse = {"mesh.contact_size_mm": 1.2, "mesh.plate_size_mm": 0.8}
     design = with_values(parse_design(THREE + leads), coarse)
     found = placement_effect(design, plan_mold(design), fidelity="3d")
     assert found["reason"] is None
     assert found["fidelity"] == "3d"
-    assert 0.5 < found["together"]["rms"] / flat["together"]["rms"] < 2.0
+    assert 0.5 < found["together"]["rms"] / reported["together"]["rms"] < 2.0
 
 
 def test_bent_plates_are_moved_as_they_are():

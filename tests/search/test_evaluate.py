@@ -31,6 +31,7 @@ from fingerdesign.search.run.evaluate import (
     Job,
     evaluate,
     finite_metrics,
+    made_metrics,
     relabelled,
     validity_of,
 )
@@ -45,8 +46,9 @@ from fingerdesign.search.run.measured import (
 )
 from fingerdesign.search.run.run import planned
 from fingerdesign.search.study.file import Cost, parse_study
-from fingerdesign.search.study.metrics import METRICS
+from fingerdesign.search.study.metrics import METRICS, ON_REQUEST, SPREAD
 from fingerdesign.search.study.variants import base_design, variants
+from fingerdesign.tolerance.spread import tolerance
 from fingerdesign.validate.plane_strain import plane_strain_error
 
 QUICK = {
@@ -396,25 +398,44 @@ sampling = "grid"
 
 
 @pytest.mark.parametrize(
-    ("more", "placed"),
+    ("more", "named"),
     [
-        ("", False),
-        ("[constraints]\nplacement_effect = { at_most = 0.1 }\n", True),
-        ('[[objectives]]\nmetric = "placement_effect"\n', True),
+        ("", ()),
+        ("[constraints]\nplacement_effect = { at_most = 0.1 }\n", ("placement_effect",)),
+        ('[[objectives]]\nmetric = "reading_std"\n', ("reading_std",)),
     ],
 )
-def test_placement_is_computed_where_a_study_names_it(more, placed, tmp_path):
+def test_what_the_mold_leaves_is_computed_where_a_study_names_it(more, named, tmp_path):
     study = parse_study(ONE + more)
     (job,) = planned(study, variants(study, base_design(study, tmp_path)), {"fundamental": None})
-    assert job.placed == placed
+    assert job.on_request == named
     machined = replace(job, design=with_values(job.design, {"mold.process": "machined"}))
-    assert (machined.digest() != job.digest()) == placed  # No analysis but this sees the mold.
+    assert (machined.digest() != job.digest()) == bool(named)  # No analysis but this sees the mold.
 
 
 def test_placement_of_what_has_no_plates_is_none_with_a_reason():
     value, (why,) = placement_of(load_design("homogeneous"))
     assert value is None
     assert "plates" in why
+
+
+def test_spread_where_forces_are_given_is_none_with_a_reason(job):
+    pressed = replace(job, scene=load_scene("pull"), on_request=("reading_std",))
+    values, (why,) = made_metrics(pressed)
+    assert values == dict.fromkeys(ON_REQUEST)
+    assert "motion" in why
+
+
+@pytest.mark.slow
+def test_a_study_sees_the_spread_that_tolerance_reports(job):
+    found = evaluate(replace(job, part="sensing", on_request=ON_REQUEST)).metrics
+    record = tolerance(job.case.design)
+    assert found["reading_std"] == pytest.approx(record.reading_std[0])
+    assert found["yield_by_motion"] == record.yield_by_motion[0]
+    assert 0.0 < found["reading_std_calibrated"] < found["reading_std"] < 1.0
+    stiff = {"mold.process": "machined", "mold.comb.tolerance_mm": 0.001}
+    machined = replace(job, design=with_values(job.design, stiff), on_request=SPREAD)
+    assert made_metrics(machined)[0]["reading_std_calibrated"] < found["reading_std_calibrated"]
 
 
 @pytest.mark.slow

@@ -258,6 +258,26 @@ fingerdesign/sensitivity/forms.py | tests/sensitivity
 - still += growth[:, :, None, None] * np.eye(dim**2)
 + still += 0.0 * growth[:, :, None, None] * np.eye(dim**2)
 
+scatter: a row does not move as a whole
+fingerdesign/mold/placement.py | tests/mold/test_placement.py
+- .sum(axis=(0, -1)) + (rows**2).sum(axis=0)
++ .sum(axis=(0, -1)) + 0.0 * (rows**2).sum(axis=0)
+
+scatter: the gage area takes the threshold of a row that presses
+fingerdesign/tolerance/area.py | tests/tolerance
+- [int(np.argmax(shears))]
++ [int(np.argmin(shears))]
+
+scatter: no gage's factor moves the gage area
+fingerdesign/tolerance/area.py | tests/tolerance
+- variance(gain * readings, none) for gain
++ variance(0.0 * gain * readings, none) for gain
+
+metric: a study does not see the mold of fingers as made
+fingerdesign/search/run/evaluate.py | tests/search/test_evaluate.py
+- if self.on_request else ""
++ if self.on_request and self.scene else ""
+
 derivatives: the field of a force on the rows has the other sign
 fingerdesign/fem/factor.py | tests/fem/test_condensation.py
 - bordered[self._size :] = -forces[self._some]

@@ -14,6 +14,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.sensing.perturb.finger import places_of
 from fingerdesign.sensitivity.derive import Sensitivity
+from fingerdesign.tolerance.area import gage_areas
 from fingerdesign.tolerance.cast import (
     Draws,
     cast_finger,
@@ -68,7 +69,9 @@ def test_spread_is_that_of_fingers_analysed_again():
 
 
 def record():
-    row = RowData(10.0, 2.0, 0.5, 30.0, (1.0, 0.2), (0.2, 0.1), (0.02, 0.01), (3.0, 1.0), 0.0)
+    row = RowData(
+        10.0, 2.0, 0.5, 30.0, (1.0, 0.2), (0.2, 0.1), (0.02, 0.01), (3.0, 1.0), 4.0, (0.4, 0.1), 0.0
+    )
     sources = tuple(
         SourceData(words, 0.05, "mm", share, f"placement[{k}].y_mm", known)
         for k, (words, share, known) in enumerate(
@@ -95,7 +98,38 @@ def test_what_to_tighten_first_comes_first():
     first = next(each for each in notes if each.name == "tighten first")
     assert first.number.startswith("plates in height, ± 0.05 mm: 60 %")
     assert "60 % (40 to 80) of the lifts of 20 fingers" in " ".join(each.number for each in notes)
+    assert "4 mm ± 0.4 as made, ± 0.1 calibrated" in [each.number for each in notes]
+    scatter = "margin 1.1 to 1.5 in 90 % (± 10 %); calibrated 100 % (± 2 %)"
+    assert scatter in [each.number for each in notes]
     assert len(notes) <= 12
+
+
+def test_a_gage_area_scatters_as_its_ends_move():
+    """Responses of a triangle over the plates, cut at half its height: each end of the area moves
+    by (height - cut) over the slope when all of it grows, and by the gages at the ends alone."""
+    design = with_values(load_design("narrow"), {"gages.area_share": 0.5})
+    frames = plate_frames(design)
+    x = np.array([frame.x for frame in frames])
+    height = 1.0 - np.abs(x) / (x[-1] + 0.5 * (x[1] - x[0]))
+    pressed, pulled = np.zeros(len(x)), 10.0 * height
+    both = np.array([pressed, pulled])
+    force = np.array([0.0, 2.0])
+    rows = Readings(force, force, force, force, np.stack([both, both], axis=2))
+    grows = np.stack([both, both], axis=2)[..., None]
+    none = np.zeros((2, 1))
+    found = Sensitivity(("E",), np.ones(1), rows, none, none, none, grows, none)
+    scene = scene_of([[0.1, 0.0], [0.1, 0.05]])
+    source = Source("softer", ("E",), (0.1,), "of one")
+    (pressing, area), (by_source, by_gages) = gage_areas(design, scene, found, [source])
+    assert pressing is None
+    most = height.max()
+    half = np.interp(-0.5 * most, -height[x >= 0.0], x[x >= 0.0])
+    assert area == pytest.approx(2.0 * half)
+    slope = 1.0 / (x[-1] + 0.5 * (x[1] - x[0]))
+    std = 0.1 / np.sqrt(3.0)
+    assert by_source[0] == 0.0
+    assert np.sqrt(by_source[1]) == pytest.approx(2.0 * std * 0.5 * most / slope, rel=0.01)
+    assert 0.0 < by_gages[1] < by_source[1]
 
 
 def test_a_drawn_finger_is_within_its_tolerances():

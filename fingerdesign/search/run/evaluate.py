@@ -21,11 +21,12 @@ from fingerdesign.search.run.measured import (
     metrics_of,
     own_metrics,
     placement_of,
+    spread_of,
     stick_error_of,
     traces_of,
 )
 from fingerdesign.search.study.file import Cost
-from fingerdesign.search.study.metrics import METRICS_VERSION, PLACEMENT
+from fingerdesign.search.study.metrics import METRICS_VERSION, ON_REQUEST, PLACEMENT, SPREAD
 from fingerdesign.search.study.values import Choice
 from fingerdesign.sensing.model import FIDELITIES, meshed_for_grips
 from fingerdesign.validate.plane_strain import plane_strain_error
@@ -66,7 +67,7 @@ class Job:
     studied keys, reported in the outcome. study_keys: keys that the study sets; they are unchanged;
     other sizes of the mesh are those that grips are studied with (sensing/model.py). part: what is
     judged; "sensing": gages without grips, "hand": grips without gages, neither with a stick error.
-    placed: the effect of the mold's tolerance on the gages is a metric too.
+    on_request: further metrics, of the mold's tolerances (metrics.ON_REQUEST).
     """
 
     name: str
@@ -79,7 +80,7 @@ class Job:
     tolerance: float = 0.02
     study_keys: tuple[str, ...] = ()
     part: Part = "all"
-    placed: bool = False
+    on_request: tuple[str, ...] = ()
 
     @property
     def case(self) -> Case:
@@ -110,8 +111,9 @@ class Job:
         case = self.case
         decided = result_digest(_nameless(case.design), case.path_scene, case.requested)
         gripped = "" if self.scene is not None else "with grips"
-        mold = self.design.mold.model_dump_json() if self.placed else ""
-        reported = "\n".join((decided, gripped, self.part, f"metrics {METRICS_VERSION}", mold))
+        mold = self.design.mold.model_dump_json() if self.on_request else ""
+        parts = (decided, gripped, self.part, f"metrics {METRICS_VERSION}", mold, *self.on_request)
+        reported = "\n".join(parts)
         return hashlib.sha256(reported.encode()).hexdigest()
 
     def to_data(self) -> dict[str, Any]:
@@ -217,13 +219,13 @@ def _analysed(job: Job) -> Outcome:
     result = analysis.result
     reported, unheard = stick_error_of(case, analysis) if job.part == "all" else (None, ())
     validity = validity_of(case, analysis)
-    moved, unmoved = placement_of(job.design) if job.placed else (None, ())
+    made, unmade = made_metrics(job)
     metrics, endless = finite_metrics(
         {
             **metrics_of(job.design, job.cost, analysis),
             "stick_error": reported,
             "plane_strain_error": validity.plane_strain_error,
-            PLACEMENT: moved,
+            **made,
         }
     )
     return Outcome(
@@ -234,9 +236,21 @@ def _analysed(job: Job) -> Outcome:
         traces=traces_of(analysis),
         grips=grips_of(analysis),
         validity=validity,
-        warnings=result.warnings + unheard + unmoved + endless,
+        warnings=result.warnings + unheard + unmade + endless,
         versions=result.versions,
     )
+
+
+def made_metrics(job: Job) -> tuple[dict[str, float | None], tuple[str, ...]]:
+    """The metrics of fingers as made, None where the job does not name them; why there are none."""
+    found: dict[str, float | None] = dict.fromkeys(ON_REQUEST)
+    reported: tuple[str, ...] = ()
+    if PLACEMENT in job.on_request:
+        found[PLACEMENT], reported = placement_of(job.design)
+    if {*SPREAD} & {*job.on_request}:
+        scattered, why = spread_of(job.case.design, job.scene)
+        found, reported = found | scattered, reported + why
+    return found, reported
 
 
 def finite_metrics(

@@ -24,7 +24,7 @@ from fingerdesign.runtime.cache import Cache
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job, relabelled
 from fingerdesign.search.study.file import Limits, Study
-from fingerdesign.search.study.metrics import PLACEMENT
+from fingerdesign.search.study.metrics import ON_REQUEST
 from fingerdesign.search.study.variants import Variant
 from fingerdesign.version import versions
 
@@ -121,7 +121,7 @@ def planned(
                 fidelity=table.fidelity,
                 tolerance=table.tolerance,
                 study_keys=(*study.fixed, *variant.values),
-                placed=PLACEMENT in named,
+                on_request=tuple(name for name in ON_REQUEST if name in named),
             )
 
 

@@ -11,7 +11,10 @@ from typing import Literal
 from fingerdesign.design.base import refuse
 
 METRICS_VERSION = 11
-PLACEMENT = "placement_effect"  # Computed on request: it costs as much as a section's analysis.
+# Computed on request: each group costs as much as a section's analysis, or twice that.
+PLACEMENT = "placement_effect"
+SPREAD = ("reading_std", "reading_std_calibrated", "yield_by_motion")
+ON_REQUEST = (PLACEMENT, *SPREAD)
 Goal = Literal["min", "max"]
 
 
@@ -109,6 +112,26 @@ _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, 
         "min",
         "greatest change of a reading by plates off their places in the mold, a share of the "
         "largest; only where the study names it",
+    ),
+    (
+        SPREAD[0],
+        "",
+        "min",
+        "standard deviation of the readings of fingers as made, a share of the largest of their "
+        "row; only where the study names it",
+    ),
+    (
+        SPREAD[1],
+        "",
+        "min",
+        "the same of calibrated fingers, whose rubber, plates' modulus and gages a bench measured",
+    ),
+    (
+        SPREAD[2],
+        "",
+        "max",
+        "share of fingers as made that grip with 1.1 to 1.5 x least force, closed alike; only "
+        "where the study names it",
     ),
     ("peak_pressure_MPa", "MPa", "min", "greatest contact pressure of the path"),
     ("plates", "", "min", "plates used"),

@@ -1,0 +1,66 @@
+"""Scatter of the gage area: of rows that only shear, where no normal force has to be taken out.
+
+A row's responses are the changes of the readings since the row before, over that of F_t; the area
+is the length of plates whose response exceeds a threshold (control/signals.py). The threshold is
+the design's own, as a hand has it: ``gages.area_share`` of the largest response of the first such
+row. The area is made again of readings that the derivatives change.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from fingerdesign.analysis.case import gage_array
+from fingerdesign.arrays import Array
+from fingerdesign.control.signals import length_over
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.rows import plate_frames
+from fingerdesign.sensitivity.derive import Sensitivity
+from fingerdesign.tolerance.sources import GAINS, UNIFORM, Source
+
+_STEP = 0.05  # Of a standard deviation: a difference so small is a derivative.
+
+
+def gage_areas(
+    design: Design, scene: Scene, found: Sensitivity, sources: Sequence[Source]
+) -> tuple[list[float | None], list[Array]]:
+    """Areas (k,) mm, None in a row that presses; their variances (k,) by each source, and last by
+    the gages' factors."""
+    readings, force = found.readings.reading, found.readings.tangential_force
+    places = {frame.index: frame.x for frame in plate_frames(design)}
+    plates = sorted(gage_array(design), key=places.__getitem__)
+    approach = [0.0, *(row[0] for row in scene.path.rows)]
+    shears = np.array([one == other for one, other in pairwise(approach)])
+    if len(plates) < 2 or readings.shape[1] < len(places) or not shears.any():
+        return [None] * len(force), [np.zeros(len(force))] * (len(sources) + 1)
+    x = np.array([places[plate] for plate in plates])
+    first = _responses(readings[:, plates], force)[int(np.argmax(shears))]
+    threshold = design.gages.area_share * float(first.max())
+
+    def areas(more: Array, pull: Array) -> Array:
+        each = _responses((readings + more)[:, plates], force + pull)
+        return shears * [length_over(x, one, threshold) for one in each]
+
+    def variance(more: Array, pull: Array) -> Array:
+        ways = [areas(sign * _STEP * more, sign * _STEP * pull) for sign in (1.0, -1.0)]
+        return np.asarray(((ways[0] - ways[1]) / (2.0 * _STEP)) ** 2)
+
+    stds = np.concatenate([source.stds for source in sources])
+    rates = zip(
+        np.moveaxis(found.reading * stds, -1, 0), (found.tangential_force * stds).T, strict=True
+    )
+    every = iter([variance(*each) for each in rates])
+    parts = [np.sum([next(every) for _ in source.parameters], axis=0) for source in sources]
+    none, gains = np.zeros_like(force), GAINS * UNIFORM * np.eye(readings.shape[1])
+    parts.append(np.sum([variance(gain * readings, none) for gain in gains], axis=0))
+    own = areas(np.zeros_like(readings), none)
+    return [float(area) if mine else None for area, mine in zip(own, shears, strict=True)], parts
+
+
+def _responses(readings: Array, force: Array) -> Array:
+    """Responses (k, g), microstrain/N, of each row since the one before; 0 where F_t stays."""
+    change = np.diff(readings, axis=0, prepend=0.0)
+    pull = np.diff(force, prepend=0.0)[:, None] * np.ones_like(change)
+    return np.abs(np.divide(change, pull, out=np.zeros_like(change), where=pull != 0.0))
