@@ -26,8 +26,8 @@ CHEAP = (
 )
 # Models of 5 to 33 s that `bench suite` runs. Tested here are one angle of each grid in space and
 # all in plane strain. Gages along z are tested on known fields in tests/fem, and a twist in
-# tests/contact; Hertz in space by two cylinders and a dome; a sphere by Mindlin's loop and Spence at
-# 0.30; Spence at 0.45, and loads together, by a line.
+# tests/contact; Hertz in space by two cylinders and a dome; a sphere by Mindlin's loop and Spence
+# at 0.30; Spence at 0.45, and loads together, by a line.
 SUITE_ALONE = {
     *("gages_0", "gages_45", "gages_90", "gages_along_z"),
     *("gages_tee_0", "gages_tee_45", "gages_tee_90", "gages_tee_along_z"),
