@@ -10,21 +10,10 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, parse_design
 from fingerdesign.checks.load import with_values
-from fingerdesign.control.bench_curves import (
-    Phase,
-    Points,
-    bench_curves,
-    points_of,
-)
+from fingerdesign.control.bench_curves import Phase, Points, bench_curves, points_of
 from fingerdesign.control.bench_table import read_bench
 from fingerdesign.control.calibration import Bounds, calibrate
-from fingerdesign.control.estimator import (
-    Band,
-    FingerCurves,
-    GripEstimator,
-    Layer,
-    feature_count,
-)
+from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample

@@ -28,10 +28,7 @@ def studio(tmp_path_factory):
     path = work / "mine.toml"
     path.write_text(starter_text("mine", "maeno2000"), encoding="utf-8")
     write_coarser(path)
-    with (
-        running(str(path), folder=work) as (process, address),
-        Browser(address, work) as browser,
-    ):
+    with running(str(path), folder=work) as (process, address), Browser(address, work) as browser:
         browser.wait(READY)
         yield process, browser, path
 
