@@ -34,6 +34,13 @@ def cut_by_one_section():
     return [name for name, design in designs.items() if not plane_strain_faults(design)]
 
 
+@pytest.fixture
+def without_remedies(monkeypatch):
+    """Look for no remedies of gages: they take models of other plates, half of an analysis."""
+    monkeypatch.setattr(pipeline, "start_sections", lambda case: None)
+
+
+@pytest.mark.usefixtures("without_remedies")
 @pytest.mark.parametrize("name", cut_by_one_section())
 def test_every_shipped_design_is_analysed(name):
     """The fundamental case with its study and the grips, on a coarse section."""
@@ -157,14 +164,11 @@ def test_an_oracle_holds_a_multiple_of_the_least_force_under_a_law_of_pressure()
         solve_forces(analysis.problem, pressed.state, Forces(normal, 1.02 * 0.5 * WEIGHT))
 
 
+@pytest.mark.usefixtures("without_remedies", "own_cache")
 @pytest.mark.parametrize("scene", [None, fundamental_scene()])
-def test_one_factorisation_serves_frictions_grips_and_fields(
-    calls_of, own_cache, monkeypatch, scene
-):
+def test_one_factorisation_serves_frictions_grips_and_fields(calls_of, scene):
     factored = calls_of(factor.Condensation, "__init__")
     recovered = calls_of(FiniteElementModel, "displacement_fields")
-    # No remedies for its gages: they take models of other plates, made concurrently.
-    monkeypatch.setattr(pipeline, "start_sections", lambda case: None)
     values = COARSE | {"grip.friction_coefficients": [0.3, 0.8]}
     design = with_values(load_design("narrow"), values)
     analysis = run(Case(design, scene, "plane-strain", fields=scene is not None))

@@ -6,34 +6,11 @@ import numpy as np
 import pytest
 from fingerdesign_bench.plane_strain import run as plane_strain
 from fingerdesign_bench.plane_strain.chart import draw_map
-from fingerdesign_bench.plane_strain.file import (
-    parse_study,
-    points_of,
-    read_study,
-    shipped_study,
-)
-from fingerdesign_bench.plane_strain.judge import (
-    FINER,
-    checks_of,
-    judged,
-    mesh_errors,
-    uncertainty,
-)
+from fingerdesign_bench.plane_strain.file import parse_study, points_of, read_study, shipped_study
+from fingerdesign_bench.plane_strain.judge import FINER, checks_of, judged, mesh_errors, uncertainty
 from fingerdesign_bench.plane_strain.rule import Rule, fitted
-from fingerdesign_bench.plane_strain.run import (
-    READ,
-    compare,
-    key_of,
-    models_of,
-    run_study,
-)
-from fingerdesign_bench.plane_strain.table import (
-    PRESSED,
-    SHEARED,
-    half_width,
-    row_errors,
-    table_of,
-)
+from fingerdesign_bench.plane_strain.run import READ, compare, key_of, models_of, run_study
+from fingerdesign_bench.plane_strain.table import PRESSED, SHEARED, half_width, row_errors, table_of
 
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.layers import layered

@@ -13,12 +13,7 @@ from fingerdesign_bench.stability.cases import BEYOND, FRICTIONS, WITHIN, cases_
 from fingerdesign_bench.stability.judge import SHARP, Judge, Past, same_total
 from fingerdesign_bench.stability.laws import sampled
 from fingerdesign_bench.stability.run import PRODUCTION, TimeIsUp, Verdict, time_limit
-from fingerdesign_bench.stability.stability import (
-    counts_of,
-    measure_stability,
-    run_bodies,
-    summary,
-)
+from fingerdesign_bench.stability.stability import counts_of, measure_stability, run_bodies, summary
 
 from fingerdesign.contact.problem import Motion
 from fingerdesign.mesh.section.section import mesh_section

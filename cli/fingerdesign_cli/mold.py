@@ -39,7 +39,6 @@ class Instead(Options):
 
     process: str | None
     plate_fixture: str | None
-    pour: str | None
 
 
 def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -> int:

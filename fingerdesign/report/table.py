@@ -85,8 +85,8 @@ def value_text(value: Any) -> str:
         return "not set"
     if isinstance(value, Mapping):
         return ", ".join(f"{k} = {value_text(v)}" for k, v in value.items() if v is not None)
-    if isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
-        return "; ".join(value_text(table) for table in value)
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(value_text(item) for item in value) + "]"
+        texts = [value_text(item) for item in value]
+        tables = value and isinstance(value[0], Mapping)
+        return "; ".join(texts) if tables else f"[{', '.join(texts)}]"
     return str(value)

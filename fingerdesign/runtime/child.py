@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 from fingerdesign.errors import FingerDesignError
@@ -59,10 +60,31 @@ def die_with_parent() -> None:
             os._exit(1)  # it had ended already (in a container the parent itself may be process 1)
 
 
+def load_vtk_later() -> None:
+    """Load the 150 modules of `vtk` when a name of it is first used.
+
+    CadQuery imports `vtk` and uses no name of it: half of its loading, 1 s of each process.
+    """
+    later = ModuleType("vtk")
+
+    def load(name: str) -> Any:
+        if sys.modules.get("vtk") is later:
+            del sys.modules["vtk"]
+        names = vars(import_module("vtk"))
+        vars(later).update(names)
+        if name not in names:
+            raise AttributeError(f"module 'vtk' has no attribute {name!r}")
+        return names[name]
+
+    vars(later)["__getattr__"] = load
+    sys.modules["vtk"] = later
+
+
 def serve() -> None:
     """Answer calls. Arguments of the command line: what to load first (a module, or a function to
     call), seconds without a call after which to end; both may be empty."""
     die_with_parent()
+    load_vtk_later()
     sys.path += filter(None, os.environ.get(MODULES, "").split(os.pathsep))
     calls, answers = os.fdopen(os.dup(0), "rb"), os.dup(1)
     with open(os.devnull, "rb") as nothing:

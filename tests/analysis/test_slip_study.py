@@ -36,12 +36,7 @@ def model(seed=0, nodes=61, half=4.0, radius=20.0):
     readout[1::2, 1::2] = pressed - 1e-4 * below
     points = np.column_stack([x, -(x**2) / (2 * radius)])
     return reduced_model(
-        points,
-        compliance,
-        facet_areas=np.diff(x),
-        areas=areas,
-        gage_readout=readout,
-        gage_x=gage_x,
+        points, compliance, facet_areas=np.diff(x), areas=areas, gage_readout=readout, gage_x=gage_x
     )
 
 

@@ -20,6 +20,8 @@ from fingerdesign.design.step import step_facts
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
+from fingerdesign.runtime.isolate import call
+from tests.support.calls import vtk_modules
 from tests.support.steps import write
 
 
@@ -37,6 +39,11 @@ def test_files_are_written_from_a_process(design_of, tmp_path):
     files = write_finger_cad(design_of("block", "along z", "a backing"), tmp_path / "cad")
     assert set(files) == {"finger.step", "finger.stl", "body.stl", "plates.stl", "core.stl"}
     assert all(path.stat().st_size > 500 for path in files.values())
+
+
+def test_most_of_vtk_is_loaded_where_a_name_of_it_is_used():
+    few, all_of_them = call(vtk_modules, time_s=60.0)
+    assert few < 0.3 * all_of_them
 
 
 def test_files_are_built_again_for_another_shape_only(design_of, own_cache, tmp_path, monkeypatch):

@@ -29,8 +29,7 @@ def test_a_file_cannot_be_the_folder(name, tmp_path, terminal):
 
 
 @pytest.mark.parametrize(
-    ("measured", "failures", "code"),
-    [(0.5, {}, 0), (2.0, {}, 1), (0.5, {"speed": "no answer"}, 1)],
+    ("measured", "failures", "code"), [(0.5, {}, 0), (2.0, {}, 1), (0.5, {"speed": "no answer"}, 1)]
 )
 def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, terminal):
     def run_parts(folder, report, quick, parts):

@@ -10,10 +10,7 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
-from fingerdesign.control.plants.plant import (
-    CondensedPlant,
-    Truth,
-)
+from fingerdesign.control.plants.plant import CondensedPlant, Truth
 from fingerdesign.control.plants.remembered import Memory, RememberedPlant
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.signals import Sample

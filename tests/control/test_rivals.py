@@ -33,9 +33,7 @@ def grip(design):
 @pytest.fixture(scope="module")
 def bench(half_plane, grip):
     return calibrate(
-        lambda: CondensedPlant(half_plane, "both"),
-        half_plane.model.gage_x,
-        Bounds.of(grip),
+        lambda: CondensedPlant(half_plane, "both"), half_plane.model.gage_x, Bounds.of(grip)
     )
 
 

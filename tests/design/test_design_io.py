@@ -6,12 +6,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.checks.load import (
-    judge_data,
-    load_design,
-    parse_design,
-    with_values,
-)
+from fingerdesign.checks.load import judge_data, load_design, parse_design, with_values
 from fingerdesign.design.faults import known_keys
 from fingerdesign.design.io import dump_design, parse_scene
 from fingerdesign.design.schema import Design

@@ -10,9 +10,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import Hole, PlateFrame
 from fingerdesign.layout.layers import layered
 from fingerdesign.layout.rows import mirrors_in_z, plate_frames
-from fingerdesign.materials import (
-    gent_youngs_modulus,
-)
+from fingerdesign.materials import gent_youngs_modulus
 from tests.support.faults import faults_of as faults
 
 NAME = 'design.name = "a"\n'
@@ -72,20 +70,14 @@ CHANGE = "[[grip.weight_changes]]\nobject_mass_g = 100.0\nstep_after_lift = "
                 ("inertia = true", "grip.inertia"),
                 ("warming_K = 5.0", "grip.warming_K"),
                 ('plant = "lift"\nwarming_K = -150.0', "grip.warming_K"),
-                (
-                    'plant = "lift"\nwarming_K = 5.0\n[plates]\nmodel = "sheet"',
-                    "grip.warming_K",
-                ),
+                ('plant = "lift"\nwarming_K = 5.0\n[plates]\nmodel = "sheet"', "grip.warming_K"),
                 (
                     'plant = "lift"\nwarming_K = 5.0\n[body]\nmaterial = "own"\n[materials.own]\n'
                     "youngs_modulus_MPa = 2.0\npoissons_ratio = 0.49",
                     "grip.warming_K",
                 ),
                 ("rubber_memory = [[0.1, 1.0]]", "grip.rubber_memory"),
-                (
-                    'plant = "lift"\nrubber_memory = [[0.5, 1.0], [0.5, 2.0]]',
-                    "grip.rubber_memory",
-                ),
+                ('plant = "lift"\nrubber_memory = [[0.5, 1.0], [0.5, 2.0]]', "grip.rubber_memory"),
                 ('plant = "lift"\nrubber_memory = [[0.5, 0.0]]', "grip.rubber_memory[0][1]"),
                 ('plant = "lift"\nrubber_memory = [[-0.5, 1.0]]', "grip.rubber_memory[0][0]"),
                 ("[grip.hardware]\nactuator_lag_s = 6.0", "grip.hardware.actuator_lag_s"),

@@ -225,10 +225,7 @@ def test_slow_fallback_gives_the_same(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("fidelity", "changes"),
-    [
-        ("plane-strain", {}),
-        ("3d", {"mesh.contact_size_mm": 1.2, "mesh.layers": 2}),
-    ],
+    [("plane-strain", {}), ("3d", {"mesh.contact_size_mm": 1.2, "mesh.layers": 2})],
 )
 def test_an_analysis_without_mkl_gives_the_same(fidelity, changes, cache_in, tmp_path):
     """In a process where pypardiso cannot be found: as on a machine that MKL has no wheel for."""

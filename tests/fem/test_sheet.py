@@ -332,17 +332,16 @@ def test_sheets_against_solid_plates():
 
 SHORT = parse_design(
     """
-    design.name = "two-short-plates"
-    body.width_mm = 10.0
-    body.base_height_mm = 5.0
-    body.arc_radius_mm = 12.0
-    body.depth_mm = 8.0
-    plates.count = 2
+    design.name = "short-plate"
+    body.width_mm = 8.0
+    body.base_height_mm = 4.0
+    body.arc_radius_mm = 10.0
+    body.depth_mm = 6.0
+    plates.count = 1
     plates.thickness_mm = 0.2
     plates.length_mm = 2.0
-    plates.pitch_mm = 2.5
     plates.cover_mm = 1.5
-    plates.span_mm = 4.0
+    plates.span_mm = 3.0
     plates.angle_deg = 30.0
     gages.length_mm = 0.8
     mesh.contact_size_mm = 0.5

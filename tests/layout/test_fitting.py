@@ -98,8 +98,7 @@ def test_a_kind_that_does_not_fit_names_the_nearest_that_does(small):
     assert "silicon_bar_15 does not fit" in gage_words(long, fit)
     assert "gages.kind = 'silicon_bar_05'" in gage_words(long, fit)
     short = with_values(
-        small,
-        {"gages.kind": "silicon_bar_05", "gages.length_mm": 0.25, "gages.width_mm": 0.15},
+        small, {"gages.kind": "silicon_bar_05", "gages.length_mm": 0.25, "gages.width_mm": 0.15}
     )
     assert gage_words(short, gage_fit(short)) is None
     tee = with_values(short, {"gages.grid": "tee", "plates.span_mm": 0.5})

@@ -50,11 +50,6 @@ CASES = {
         "plates.rows = [{ along = 'z', cover_mm = 3.0 }]",
         False,
     ),
-    "sheets, staggered": (
-        'plates.count = 2\nplates.span_mm = 3.0\nplates.stagger_mm = 1.0\nplates.model = "sheet"\n'
-        "plates.pitch_mm = 3.0",
-        False,
-    ),
     "plates to the ends": ("plates.count = 3\nplates.pitch_mm = 2.0", True),
     "no plates": ("plates.count = 0", True),
     "half circle": ("plates.count = 0\nbody.arc_radius_mm = 5.0", True),
@@ -122,7 +117,7 @@ def test_an_accepted_mesh_is_true_to_the_design(case):
     outer = set(report.surface_distance_mm) & {"base", "contact", "end", "side", "symmetry"}
     assert max(report.surface_distance_mm[name] for name in outer) < 1e-9
     assert report.worst_face_area_error < 1e-5
-    plates = set(range(design.plates.number + 1)) if design.plates.model == "solid" else {0}
+    plates = set(range(design.plates.number + 1))
     core = {design.core_region} if design.body.core is not None else set()
     assert set(np.unique(mesh.regions)) == plates | core
     assert mesh.region_name(max(core, default=0)) == ("core" if core else "elastomer")

@@ -100,8 +100,7 @@ def holds(solid, point):
 
 
 @pytest.mark.parametrize(
-    "body",
-    ["edge_radius_mm = 1.0", 'shape = "block"\nedge = "chamfer"\nedge_radius_mm = 1.0'],
+    "body", ["edge_radius_mm = 1.0", 'shape = "block"\nedge = "chamfer"\nedge_radius_mm = 1.0']
 )
 def test_parts_and_finger_fill_the_block(body):
     _, built = built_of(design_of(body, "span_mm = 4.0"))

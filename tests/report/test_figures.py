@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.analysis.page.contact import (
-    force_figure,
-    traction_figure,
-)
+from fingerdesign.analysis.page.contact import force_figure, traction_figure
 from fingerdesign.analysis.page.gage import area_figure, response_figure
 from fingerdesign.analysis.page.page import report_figures
 from fingerdesign.records.arrays import OPEN

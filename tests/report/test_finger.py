@@ -9,12 +9,7 @@ import pytest
 from fingerdesign.analysis.analysis import Analysis, parameters
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.folder import centroid_strain, write_fields
-from fingerdesign.analysis.page.finger import (
-    MOVED,
-    VIEWS,
-    finger_figure,
-    finger_report,
-)
+from fingerdesign.analysis.page.finger import MOVED, VIEWS, finger_figure, finger_report
 from fingerdesign.analysis.page.gage import gages_chart, plate_rows
 from fingerdesign.analysis.page.surfaces import gage_quads, patch_of, surface_of
 from fingerdesign.checks.load import load_design
@@ -72,12 +67,7 @@ def whole_mesh(half):
     regions = np.tile(half.regions, 2)
     facets: dict = {}
     return dataclasses.replace(
-        half,
-        points=points,
-        cells=number[found],
-        regions=regions,
-        facets=facets,
-        symmetric=False,
+        half, points=points, cells=number[found], regions=regions, facets=facets, symmetric=False
     )
 
 

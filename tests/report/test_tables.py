@@ -14,9 +14,7 @@ from fingerdesign.analysis.page.tables import (
     points_table,
     work_table,
 )
-from fingerdesign.records.result import (
-    PointStrain,
-)
+from fingerdesign.records.result import PointStrain
 
 
 def with_parts(result, name, changes):

@@ -16,10 +16,7 @@ from fingerdesign.runtime import files, machine
 from fingerdesign.runtime.cache import Cache, CacheError
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal, JournalError, held
-from fingerdesign.runtime.machine import (
-    largest_memory_MB,
-    processor_seconds,
-)
+from fingerdesign.runtime.machine import largest_memory_MB, processor_seconds
 from fingerdesign.runtime.pool import Pool
 from tests.support import calls
 

@@ -8,12 +8,7 @@ import numpy as np
 import pytest
 
 from fingerdesign import load_design
-from fingerdesign.analysis.page.shapes import (
-    SHARP_DEG,
-    body_triangles,
-    hole_rims,
-    outline_of,
-)
+from fingerdesign.analysis.page.shapes import SHARP_DEG, body_triangles, hole_rims, outline_of
 from fingerdesign.analysis.page.surfaces import gage_quads
 from fingerdesign.layout.bodies import crest_height, surface_height
 from fingerdesign.layout.profile import profile_of
@@ -21,11 +16,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.records.outcome import Traces
 from fingerdesign.report.figure import fans
-from fingerdesign.search.compare.figures import (
-    contact_figure,
-    forces_figure,
-    frictions_of,
-)
+from fingerdesign.search.compare.figures import contact_figure, forces_figure, frictions_of
 from fingerdesign.search.compare.geometry import packed_geometry
 from tests.support.any_outcomes import any_outcomes
 

@@ -16,13 +16,7 @@ import pytest
 from fingerdesign.records.outcome import GripOutcome, Outcome, Validity
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import facts_of
-from fingerdesign.search.compare.recommend import (
-    Bound,
-    Objective,
-    recommend,
-    uncertainty,
-    why_not,
-)
+from fingerdesign.search.compare.recommend import Bound, Objective, recommend, uncertainty, why_not
 from fingerdesign.search.compare.words import summary
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 

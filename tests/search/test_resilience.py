@@ -27,9 +27,9 @@ from fingerdesign.runtime.isolate import Worker
 STUDY = """
 [study]
 name = "many"
-base = "maeno2000"
+base = "homogeneous"
 sampling = "latin_hypercube"
-count = 30
+count = 20
 seed = 7
 [parameters]
 "body.base_height_mm" = { low = 5.0, high = 10.0 }
@@ -40,7 +40,7 @@ memory_MB = 500
 SEARCH = """
 study = { name = "search", base = "maeno2000", count = 8, seed = 5 }
 objectives = [{ metric = "stick_error" }, { metric = "peak_force_N" }]
-optimise = { trials = 22, confirm = 1 }
+optimise = { trials = 20, confirm = 1 }
 [parameters]
 "body.arc_radius_mm" = { low = 30.0, high = 90.0 }
 "plates.length_mm" = { low = 0.6, high = 1.0 }
@@ -210,15 +210,15 @@ def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place, undi
     assert place.swept()[-1]["from_store"] == stored
     assert place.outcomes() == undisturbed
     times = Counter(place.done())
-    assert len(times) == 30
+    assert len(times) == 20
     assert sum(times.values()) <= len(times) + 8  # what ran, or was on its way, at either end
 
 
 @pytest.mark.slow
 def test_a_killed_search_ends_as_one_that_was_not(place):
-    assert well(place.optimise("whole"))[-1]["trials"] == 22
+    assert well(place.optimise("whole"))[-1]["trials"] == 20
     process = place.optimise("killed", 0.15)
-    until(lambda: len(place.done("killed")) >= 11, process)
+    until(lambda: len(place.done("killed")) >= 10, process)
     process.kill()
     process.communicate()
     lines = well(place.optimise("killed"))
@@ -231,8 +231,8 @@ def test_a_killed_search_ends_as_one_that_was_not(place):
     )
     assert resumed == undisturbed
     # What two workers ran, or had just done, when it was killed ran again, and no more than that.
-    assert len(place.done("killed")) <= 22 + 3 + 4
-    assert lines[-1]["trials"] == 22
+    assert len(place.done("killed")) <= 20 + 3 + 4
+    assert lines[-1]["trials"] == 20
     assert lines[-1]["confirmations"]
     page = (place.folder / "whole" / "search" / "report.html").read_text()
     for part in ("reference-maeno2000", 'id="table-sensitivity"', 'id="table-confirmed"'):

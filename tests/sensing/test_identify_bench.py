@@ -10,21 +10,10 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, parse_design
 from fingerdesign.checks.load import with_values
-from fingerdesign.control.bench_curves import (
-    Phase,
-    Points,
-    bench_curves,
-    points_of,
-)
+from fingerdesign.control.bench_curves import Phase, Points, bench_curves, points_of
 from fingerdesign.control.bench_table import read_bench
 from fingerdesign.control.calibration import Bounds, calibrate
-from fingerdesign.control.estimator import (
-    Band,
-    FingerCurves,
-    GripEstimator,
-    Layer,
-    feature_count,
-)
+from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
@@ -155,11 +144,13 @@ def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
 
 @pytest.mark.slow
 def test_gains_are_as_certain_as_stated_where_plates_are_in_place(design):
-    """Errors in stated deviations, 4 gages of 6 fingers: if those are right, the root mean square
-    of 24 is under 1.4 but once in 500 times."""
+    """Errors in stated deviations, 4 gages of 4 fingers: if those are right, the root mean square
+    of 16 is under 1.4 but once in 80 times. Bench and fit share their mesh: it may be coarse."""
+    sizes = {"contact_size_mm": 0.4, "plate_size_mm": 0.5, "far_size_mm": 3.0}
+    design = with_values(design, {f"mesh.section.{key}": mm for key, mm in sizes.items()})
     x = np.array(phase_problems(design, protocol(design), "plane-strain")[0].model.gage_x)
     errors = []
-    for seed in range(1, 7):
+    for seed in range(1, 5):
         bench = simulated_bench(design, ["gains"], seed)
         noise = Noise(0.5, 0.005)
         fit = fit_latents(Measured(design, bench.phases, bench_curves(bench.phases, x), noise))

@@ -6,13 +6,7 @@ from fingerdesign_cli.inputs import estimator_for
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.control.estimator import (
-    Band,
-    FingerCurves,
-    GripEstimator,
-    Layer,
-    feature_count,
-)
+from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
 from fingerdesign.design.shipped import ESTIMATOR_SUFFIX, estimator_texts, shipped_path
 from fingerdesign.errors import DesignError
 from fingerdesign.sensing.train import ready

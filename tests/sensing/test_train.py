@@ -127,9 +127,9 @@ def test_too_few_grips_are_refused(problem, grips):
 
 @pytest.mark.slow
 def test_perturbed_fingers_train_the_same_with_any_number_of_workers(cache_in, tmp_path):
-    keys = {"training_fingers": 4, "training_grips": 80}
+    keys = {"training_fingers": 4, "training_grips": 50}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
-    coarse = {"plates.count": 5, "mesh.section.contact_size_mm": 0.3}
+    coarse = {"plates.count": 3, "mesh.section.contact_size_mm": 0.4}
     design = with_values(load_design("sensitive"), values | coarse | {"grip.max_steps": 60})
     found = []
     for workers in (1, 2):

@@ -234,10 +234,7 @@ def test_the_right_token_from_its_own_page_is_answered():
 
 
 def test_a_port_that_is_taken_is_refused_before_any_work(capsys):
-    with (
-        never_called(studio, "Session"),
-        socket.create_server(("127.0.0.1", 0)) as other,
-    ):
+    with never_called(studio, "Session"), socket.create_server(("127.0.0.1", 0)) as other:
         port = str(other.getsockname()[1])
         assert main(["studio", "homogeneous", "--no-open", "--port", port]) == 2
     assert "must be a port that is free" in capsys.readouterr().err

@@ -7,6 +7,7 @@ import pytest
 
 from fingerdesign.design.starter import starter_text
 from tests.support.browser import Browser, chromium
+from tests.support.coarser import write_coarser
 from tests.support.studio import READY, memory_MB, moved, running
 
 pytest.importorskip("trame", reason="trame is missing: pip install 'fingerdesign[studio]'")
@@ -26,10 +27,8 @@ def studio(tmp_path_factory):
     work = tmp_path_factory.mktemp("studio")
     path = work / "mine.toml"
     path.write_text(starter_text("mine", "maeno2000"), encoding="utf-8")
-    with (
-        running(str(path), folder=work) as (process, address),
-        Browser(address, work) as browser,
-    ):
+    write_coarser(path)
+    with running(str(path), folder=work) as (process, address), Browser(address, work) as browser:
         browser.wait(READY)
         yield process, browser, path
 
@@ -45,10 +44,10 @@ def test_moves_of_the_object_and_of_the_finger_are_answered(studio):
 
 def test_a_click_on_a_gage_shows_its_trace(studio):
     _, browser, _ = studio
-    browser.click('[data-gage="3"] .target')
-    title = "document.getElementById('trace').innerText.includes('Gage of plate 3')"
+    browser.click('[data-gage="1"] .target')
+    title = "document.getElementById('trace').innerText.includes('Gage of plate 1')"
     browser.wait(title)
-    assert browser.evaluate("document.getElementById('gage').value") == "3"
+    assert browser.evaluate("document.getElementById('gage').value") == "1"
 
 
 def test_pin_save_and_watch(studio):

@@ -103,6 +103,20 @@ def loaded_in():
     return globals().get("loaded")
 
 
+def vtk_modules():
+    """Numbers of VTK's modules with CadQuery loaded, and once a name of `vtk` is used."""
+    import cadquery  # noqa: F401
+    import vtk
+
+    def loaded():
+        return sum(name.startswith("vtkmodules.") for name in sys.modules)
+
+    before = loaded()
+    assert vtk.vtkSTLReader is not None
+    assert not hasattr(vtk, "nothing")
+    return before, loaded()
+
+
 def added(*numbers):
     """Their sum."""
     return sum(numbers)

@@ -209,7 +209,7 @@ WORDS = (  # of the moment, in texts and pages
     (re.compile(r"\b([a-z][a-z0-9-]+) \d+\.\d+\.\d+\b"), r"\1 VERSION"),
 )
 TIME_HEADINGS = {  # of tables' columns
-    *("s", "better s", "saves", "saving", "seconds", "core seconds", "time (s)"),
+    *("s", "better s", "saves", "saving", "seconds", "core seconds", "time (s)")
 }
 UUID = re.compile(rb"[0-9a-fA-F]{8}(-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}")
 

@@ -31,13 +31,7 @@ from fingerdesign.design.plates import Row
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.body import condense_body
-from fingerdesign.fem.model import (
-    body_of,
-    build_model,
-    candidate_facets,
-    free_ends,
-    gage_positions,
-)
+from fingerdesign.fem.model import body_of, build_model, candidate_facets, free_ends, gage_positions
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.layout.rows import plate_frames

@@ -25,12 +25,7 @@ from tests.support.grips import grip, path_of, trial
 from tests.support.pages import run_python
 
 GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
-DROPPED = {
-    "lifted": False,
-    "gross_slip": True,
-    "safety_margin": None,
-    "outcome": "complete slip",
-}
+DROPPED = {"lifted": False, "gross_slip": True, "safety_margin": None, "outcome": "complete slip"}
 
 
 def study(**controllers):

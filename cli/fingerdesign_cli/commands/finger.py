@@ -259,11 +259,6 @@ def tolerance() -> None:
     help="Instead of mold.plate_fixture: what holds the plates.",
 )
 @click.option(
-    "--pour",
-    type=click.Choice(["auto", "open", "closed"]),
-    help="Instead of mold.pour: open has the fewest parts; auto takes it where the finger allows.",
-)
-@click.option(
     "--profile",
     type=Place(dir_okay=False),
     help="Instead of mold.process, [mold.limits] and [mold.comb]: what your machine and cutter "

@@ -119,13 +119,7 @@ def made():
     insert = box((-24, 12, -13), (24, 18, 13)) + pin
     parts = (
         mesh_of(INSERT, insert, (0.0, 1.0, 0.0), 1, blank=box((-18, 12, -13), (18, 18, 13))),
-        mesh_of(
-            "end_wall_front",
-            ears[0] - slots[0] - socket,
-            (0.0, 0.0, 1.0),
-            2,
-            blank=front,
-        ),
+        mesh_of("end_wall_front", ears[0] - slots[0] - socket, (0.0, 0.0, 1.0), 2, blank=front),
         mesh_of("end_wall_back", ears[1] - slots[1], (0.0, 0.0, -1.0), 2, blank=back),
         mesh_of("side_wall_right", box((10, 0, -5), (18, 12, 5)), (1.0, 0.0, 0.0), 3),
         mesh_of("side_wall_left", box((-18, 0, -5), (-10, 12, 5)), (-1.0, 0.0, 0.0), 3),
