@@ -20,7 +20,7 @@ from fingerdesign.control.episode import Episode, judged_warnings, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import reaction_steps
 from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
-from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Timed
+from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Timed, off_centre
 from fingerdesign.control.plants.remembered import Memory, RememberedPlant
 from fingerdesign.control.plants.rig import calibrated
 from fingerdesign.control.roster import Controller, make_controller
@@ -157,7 +157,8 @@ class GripBench:
             after += tug.steps(rate) if cell.tug > 0.0 else 0
         problem, other = (self.gripping or self.problem).with_friction(cell.friction), self.opposite
         other = None if other is None else other.with_friction(cell.friction)
-        own = Timed.of(self.grip), self.grip.kinetic_share, self.grip.off_centre_mm
+        own = Timed.of(self.grip), self.grip.kinetic_share
+        problem = off_centre(problem, self.grip, cell.mass_g)
         remembered = RememberedPlant(
             lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls, *own),
             Memory() if memory is None else memory,

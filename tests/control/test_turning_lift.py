@@ -9,6 +9,7 @@ import pytest
 from fingerdesign.checks.follow import lift_force
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.problem import contact_problem
+from fingerdesign.contact.turning import turning
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import press, safety_margin
@@ -24,7 +25,9 @@ OFF_CENTRE = {"grip.plant": "lift", "grip.off_centre_mm": 10.0}
 
 def plant(off, mass_g=MASS_G, friction=0.5):
     problem = contact_problem(bump(21), Plane(0.0), friction)
-    return LiftPlant(problem, "upper", mass_g, off_centre=off)
+    if off:
+        problem = turning(problem, off, 0.5e-3 * GRAVITY * mass_g)
+    return LiftPlant(problem, "upper", mass_g)
 
 
 def raised(plant, depth, moves=80):

@@ -113,6 +113,15 @@ class Timed:
         return Timed(Relaxation.of(grip), rubber, Inertia.of(grip), warming)
 
 
+def off_centre(problem: ContactProblem, grip: Grip, mass_g: float) -> ContactProblem:
+    """The problem with the object's centre of mass where ``[grip]`` says; unchanged in the middle.
+
+    Raises ValueError for half a finger, or a section, where it is elsewhere.
+    """
+    centre = grip.off_centre_mm
+    return turning(problem, centre, weight_per_finger(mass_g)) if centre else problem
+
+
 @dataclass(frozen=True)
 class _Found:
     """Result of a move. slid: the whole contact has slid with the object hanging; sliding: it
@@ -154,9 +163,10 @@ class LiftPlant:
     one move. Forces and truth are those of the finger with gages. opposite: another finger's
     problem, without it a mirror image. The
     support is where the object is first touched. kinetic_share: of either finger's friction, what
-    is left where it slides (contact/history.py). off_centre: z of the object's centre of mass from
-    the middle, mm; the support is under that centre, and the object turns about it
-    (contact/turning.py). The truth's slip ratio is then that at the least force which holds it.
+    is left where it slides (contact/history.py).
+
+    Of a problem whose object turns (contact/turning.py) the support is under the centre of mass,
+    and the truth's slip ratio is that at the least force which holds the object.
 
     Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then; and
     for rubber that relaxes under another law than Coulomb's, whose bounds do not scale with forces.
@@ -171,7 +181,6 @@ class LiftPlant:
         disturbances: Sequence[Tug | WeightChange] = (),
         timed: Timed = Timed(),
         kinetic_share: float = 1.0,
-        off_centre: float = 0.0,
     ) -> None:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
@@ -180,10 +189,8 @@ class LiftPlant:
                 f"forces of rubber that relaxes do not scale at friction {problem.law}"
             )
         self._slip_ratio: float | None = None
-        if off_centre:
-            own_weight = weight_per_finger(object_mass_g)
-            problem = turning(problem, off_centre, own_weight)
-            self._slip_ratio = coefficient_under(problem, own_weight)
+        if problem.softness is not None:
+            self._slip_ratio = coefficient_under(problem, weight_per_finger(object_mass_g))
         self._timed = timed
         self._face, kind = face, Kind(timed.rubber, kinetic_share, timed.warming)
         self._fingers: MirrorPair | DifferentPair = MirrorPair(problem, kind)
@@ -225,14 +232,13 @@ class LiftPlant:
     ) -> LiftPlant:
         """Read a design's ``[grip]`` table, both fingers at one friction."""
         return LiftPlant(
-            problem.with_friction(friction),
+            off_centre(problem.with_friction(friction), grip, object_mass_g),
             face,
             object_mass_g,
             None if opposite is None else opposite.with_friction(friction),
             [*grip.tugs, *grip.weight_changes],
             Timed.of(grip),
             grip.kinetic_share,
-            grip.off_centre_mm,
         )
 
     def move(self, dx: float, dy: float) -> Sample:
