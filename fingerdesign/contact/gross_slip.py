@@ -47,8 +47,8 @@ def coefficient_under(problem: ContactProblem, tangential: float) -> float:
     """Ratio of F_t = ``tangential`` (N, over 0) to the least F_n that carries it.
 
     Coulomb's coefficient is the same at every load; under another law, and of an object that turns,
-    this is the one that a lift of that load meets. Raises ZoneExhausted where no contact within the
-    candidates carries the force, else as :func:`sliding`.
+    this is the one that a lift of that load meets. Of an object that turns, and that no contact
+    within the candidates holds, it is the ratio at the deepest one. Raises as :func:`sliding`.
     """
     if problem.softness is not None:
         return _coefficient_turning(problem, tangential)
@@ -72,7 +72,11 @@ def _turning_until_sliding(
     step = _FIRST * max(problem.law.steepest, _FIRST) * pressed.motion.approach
     for _ in range(_MOST_DRAGS):
         shear, step = shear + step, _GROWTH * step
-        found = solve_increment(problem, state, replace(state.motion, shear=shear), workspace)
+        motion = replace(state.motion, shear=shear)
+        try:
+            found = solve_increment(problem, state, motion, workspace)
+        except ZoneExhausted:  # all but the candidates' last rows slide by then
+            break
         state, touching = found.state, found.multiplier[:, 0] > 0.0
         if (state.sliding[touching] > 0.0).all():
             break
@@ -82,14 +86,15 @@ def _turning_until_sliding(
 def _coefficient_turning(problem: ContactProblem, tangential: float) -> float:
     """The force that holds is found by presses, the ratio there by a slide: it shifts the normal
     forces, and lowers the ratio by some hundredths, which hardly changes with the force."""
-    outside: list[ZoneExhausted] = []
+    outside = False
     trials = Attempts(problem, ContactState.untouched(problem))
 
     def carried(approach: float) -> ForceSlope | None:
+        nonlocal outside
         try:
             found = trials.at(approach, 0.0)
-        except ZoneExhausted as reached:  # of one trial: the answer may be nearer
-            outside.append(reached)
+        except ZoneExhausted:  # of one trial: the answer may be nearer
+            outside = True
             return None
         if found is None:
             return None
@@ -100,9 +105,8 @@ def _coefficient_turning(problem: ContactProblem, tangential: float) -> float:
     try:
         rising_root(carried, tangential, *_start(problem, tangential))
     except SolverError:
-        if outside:
-            raise outside[-1] from None
-        raise
+        if not outside:
+            raise
     slid = _turning_until_sliding(problem, trials.last, trials.workspace)
     normal, pulled = carried_turning(problem, slid.multiplier[:, 0])
     return pulled / normal

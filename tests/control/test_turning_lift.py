@@ -11,8 +11,9 @@ from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.contact.turning import turning
 from fingerdesign.control.episode import run_episodes
-from fingerdesign.control.plants.lift import LiftPlant
+from fingerdesign.control.plants.lift import LiftPlant, Timed
 from fingerdesign.control.plants.plant import press, safety_margin
+from fingerdesign.control.plants.slide import Inertia
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError
 from fingerdesign.shapes.objects import Plane
@@ -63,6 +64,22 @@ def test_just_over_the_least_force_it_is_held_and_just_below_it_slips():
         depth = 0.01 * (share * least / known) ** (2.0 / 3.0)
         found = raised(plant(OFF), depth)
         assert (found.lifted, found.complete_slip) == (held, not held)
+
+
+def test_an_object_that_no_contact_holds_is_refused_by_no_error():
+    """Its ratio is that of the deepest contact in the zone; it slips, and is not lifted."""
+    lift = plant(OFF, mass_g=20.0)
+    known = lift.truth().slip_ratio
+    assert 0.5 * plant(OFF).truth().slip_ratio < known < 0.5
+    found = raised(lift, 0.016)
+    assert found.complete_slip
+    assert not found.lifted
+
+
+def test_an_object_that_turns_has_no_inertia():
+    problem = turning(contact_problem(bump(21), Plane(0.0), 0.5), OFF, HALF)
+    with pytest.raises(ValueError, match="leave one of them out"):
+        LiftPlant(problem, "upper", MASS_G, timed=Timed(inertia=Inertia(100.0, 10.0)))
 
 
 def test_a_turn_over_ten_degrees_is_a_drop():

@@ -156,14 +156,23 @@ class _Move:
         return 1e6 * self.left * (self.weight - friction) / self.mass_g
 
 
+def _refuse(problem: ContactProblem, mass_g: float, timed: Timed) -> None:
+    """Raise ValueError for a mass that cannot be, and for what this plant does not know."""
+    if not (isfinite(mass_g) and mass_g > 0.0):
+        raise ValueError(f"a mass of {mass_g} g must be over 0")
+    if not problem.law.is_coulomb and (timed.relaxation or timed.rubber):
+        raise ValueError(f"forces of rubber that relaxes do not scale at friction {problem.law}")
+    if problem.softness is not None and timed.inertia is not None:
+        raise ValueError("an object that turns has no inertia here: leave one of them out")
+
+
 class LiftPlant:
     """A finger with gages and an opposite one, an object between them on a support.
 
     dx is the hand's move away from the support, dy what each finger closes by, both mm; a step is
     one move. Forces and truth are those of the finger with gages. opposite: another finger's
-    problem, without it a mirror image. The
-    support is where the object is first touched. kinetic_share: of either finger's friction, what
-    is left where it slides (contact/history.py).
+    problem, without it a mirror image. The support is where the object is first touched.
+    kinetic_share: of either finger's friction, what is left where it slides (contact/history.py).
 
     Of a problem whose object turns (contact/turning.py) the support is under the centre of mass,
     and the truth's slip ratio is that at the least force which holds the object.
@@ -182,12 +191,7 @@ class LiftPlant:
         timed: Timed = Timed(),
         kinetic_share: float = 1.0,
     ) -> None:
-        if not (isfinite(object_mass_g) and object_mass_g > 0.0):
-            raise ValueError(f"a mass of {object_mass_g} g must be over 0")
-        if not problem.law.is_coulomb and (timed.relaxation or timed.rubber):
-            raise ValueError(
-                f"forces of rubber that relaxes do not scale at friction {problem.law}"
-            )
+        _refuse(problem, object_mass_g, timed)
         self._slip_ratio: float | None = None
         if problem.softness is not None:
             self._slip_ratio = coefficient_under(problem, weight_per_finger(object_mass_g))
