@@ -29,6 +29,7 @@ CHEAP = (
 # tests/contact; Hertz in space by two cylinders and a dome; a sphere by Mindlin's loop; Spence, and
 # loads together, by a line.
 SUITE_ALONE = {
+    "off_centre",
     *("gages_0", "gages_45", "gages_90", "gages_along_z"),
     *("gages_tee_0", "gages_tee_45", "gages_tee_90", "gages_tee_along_z"),
     *("hertz_ball", "hertz_sphere", "lubkin", "measured_ring", "order_sphere", "product_pin"),

@@ -1,8 +1,5 @@
 """Lifts of an object off the middle: it turns, slips sooner, and may turn too far."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -156,30 +153,20 @@ def test_the_forecast_of_the_force_against_models():
         assert lift_force(design, friction, 1.0, mass_g) == pytest.approx(force, rel=0.21)
 
 
-@pytest.mark.slow
 def test_an_oracle_holds_an_object_off_the_middle_on_a_real_finger():
-    """Its margin is 1.2 of the force that limit analysis gives, and the engine holds it; the least
-    forces are those of the page on plants."""
+    """On a coarse one: its margin is 1.2 of the force that limit analysis gives, and it is held.
+    `bench suite` has film_tees."""
     from fingerdesign.sensing.model import grip_problem
 
-    design = load_design("film_tees")
-    values = {
-        "grip.controller": "oracle_1.2",
-        "grip.max_steps": 400,
-        "grip.friction_coefficients": [0.5],
-    }
-    problem = grip_problem(with_values(design, OFF_CENTRE | values), "3d")
+    coarse = {"mesh.layers": 1, "mesh.section.plate_size_mm": 0.6, "grip.max_approach_mm": 0.6}
+    values = {"grip.controller": "oracle_1.2", "plates.count": 5} | coarse
+    design = with_values(load_design("sensitive"), OFF_CENTRE | values)
+    problem = grip_problem(design, "3d", contact_size_mm=0.8)
     assert problem.model.symmetry_factor == 1
-    page = Path("docs/explanation/plants.md").read_text().partition("## An object off")[2]
-    rows = re.findall(r"^\| (\d+) \| ([\d.]+) \| ([\d.]+) \|$", page, re.M)
-    assert [row[0] for row in rows] == ["0", "3", "20"]
-    for off, force, times in rows:
-        own = with_values(design, OFF_CENTRE | values | {"grip.off_centre_mm": float(off)})
-        (episode,) = run_episodes(problem, own, [0.5], 250.0)
-        result = episode.result
-        assert (result.lifted, result.gross_slip) == (True, False)
-        assert result.safety_margin == pytest.approx(1.2, rel=0.02)
-        assert result.least_force_N == pytest.approx(float(force), rel=0.01)
-        assert result.least_force_N / 2.4517 == pytest.approx(float(times), rel=0.03)
-        assert ("turned by" in result.ending) == (off != "0")
-        assert abs(result.rotation_deg) < 5.0
+    (episode,) = run_episodes(problem, design, [0.8], 100.0)
+    result = episode.result
+    assert (result.lifted, result.gross_slip) == (True, False)
+    assert result.safety_margin == pytest.approx(1.2, rel=0.03)
+    assert 0.05 < abs(result.rotation_deg) < 10.0
+    assert "turned by" in result.ending
+    assert result.least_force_N > 2.0 * 0.5e-3 * GRAVITY * 100.0 / 0.8

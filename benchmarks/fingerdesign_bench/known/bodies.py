@@ -20,8 +20,13 @@ from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design, parse_design
 from fingerdesign.contact.force_control import Forces
+from fingerdesign.contact.gross_slip import coefficient_under
+from fingerdesign.contact.increment import Workspace, solve_increment
+from fingerdesign.contact.measures import measure
 from fingerdesign.contact.path import Step, follow
-from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
+from fingerdesign.contact.turning import carried_turning, turning
+from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_text
@@ -30,6 +35,7 @@ from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.fem.system import Body
 from fingerdesign.layout.zone import candidate_zone, greatest_approach
 from fingerdesign.pipeline import analyse
+from fingerdesign.sensing.model import grip_problem
 from fingerdesign.shapes.objects import Cylinder, Indenter, Plane
 from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy.block import (
@@ -356,6 +362,24 @@ def finger(name: str) -> Solution:
             "largest reading at 5": max(gage.reading for gage in sheared.gages),
         }
     )
+
+
+def off_centre(name: str, mass_g: float, friction: float) -> Solution:
+    """Least forces, N, of a shipped finger that hold an object off the middle, and a slide by small
+    steps, 20 mm off, over what limit analysis gives for its normal forces."""
+    whole = grip_problem(load_design(name), "3d", whole=True).with_friction(friction)
+    weight, values = weight_per_finger(mass_g), {}
+    for off in (3.0, 20.0):
+        problem = turning(whole, off, weight)
+        values[f"least force {off:g} mm off"] = weight / coefficient_under(problem, weight)
+    state, workspace = ContactState.untouched(problem), Workspace()
+    for shear in np.linspace(0.0, 1.0, 41):
+        motion = replace(state.motion, approach=0.1, shear=float(shear))
+        found = solve_increment(problem, state, motion, workspace)
+        state = found.state
+    _, most = carried_turning(problem, found.multiplier[:, 0])
+    values["slide over limit analysis"] = measure(problem, found).tangential_force / most
+    return Solution(values)
 
 
 def grip_path(slope: float, friction: float = 0.5) -> Solution:
