@@ -5,9 +5,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 # Python compiles what is imported: to compile all 14,500 files of the libraries takes 35 s.
 INSTALL := $(PIP) install --quiet --no-compile --constraint constraints.txt --editable
-# Tests wait for processes and browsers an eighth of their time: one worker more for two cores.
-WORKERS = $(shell expr $$(getconf _NPROCESSORS_ONLN) \* 3 / 2)
-PYTEST = $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
+PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 # Compiled files stay: without them each worker rewrites 1,500 tests again, 6 s of processor time.
 export PYTHONDONTWRITEBYTECODE :=
 

@@ -19,6 +19,7 @@ from fingerdesign.sensing.identify.trace_model import noise_of
 from fingerdesign.sensing.identify.trace_path import MOST_MOVES, TracePath, played
 from fingerdesign.sensing.identify.trace_report import identification, identified_design
 from fingerdesign.sensing.model import grip_problem
+from fingerdesign.shapes.friction import FrictionLaw
 from tests.sensing.conftest import FINGER
 
 
@@ -73,6 +74,7 @@ def test_a_press_alone_tells_no_friction_and_asks_for_a_shear(design, made):
     assert data.next_motion.of == "friction_coefficient"
     assert data.next_motion.then < 1.0 < data.next_motion.now
     assert "grip.bench_friction_coefficient" not in str(values)
+    assert any("does not decide whether friction depends" in each for each in data.warnings)
 
 
 def cut(trace, rows):
@@ -136,6 +138,43 @@ def test_a_played_path_is_that_of_the_plant(design):
     relaxed = played(problem, "upper", replace(path, shear=none), [(0.2, 0.5)])
     fresh = played(problem, "upper", replace(path, shear=none))
     assert relaxed[-1, 0] == pytest.approx(0.8 * fresh[-1, 0], rel=1e-3)
+
+
+def slid_at_two_depths(design, law):
+    """Pressed to 0.08 mm, sheared until all slips, pressed on to 0.22 mm, sheared again; noise."""
+    deep = np.repeat([0.08 / 75, 0.0, 0.14 / 75, 0.0], [75, 75, 75, 175])
+    across = np.repeat([0.0, 0.0016, 0.0, 0.0044, 0.0], [75, 75, 75, 75, 100])
+    rows, none = np.arange(400), np.zeros(400)
+    trace = Trace((rows + 1) / 50.0, across, deep, none, none, none[:, None], rows + 2)
+    problem = grip_problem(design).with_friction(law)
+    answers = played(problem, design.gages.face, TracePath.every(trace))
+    noisy = answers + np.random.default_rng(3).standard_normal(answers.shape) * np.array(
+        [0.005, 0.005, *[0.5] * (answers.shape[1] - 2)]
+    )
+    forces = {"normal_force": noisy[:, 0], "tangential_force": noisy[:, 1]}
+    return replace(trace, readings=noisy[:, 2:], temperature=none + 20.0, **forces)
+
+
+@pytest.mark.parametrize(
+    ("law", "exponent", "words"),
+    [
+        (FrictionLaw(0.5), 0.0, None),
+        (FrictionLaw(0.5, exponent=0.31, reference=0.3), 0.31, "friction falls with the pressure"),
+        (FrictionLaw(0.0, strength=0.1), None, "a constant strength of 0.0"),
+    ],
+)
+def test_two_slides_tell_the_law_of_friction(design, law, exponent, words):
+    found = identified(design, slid_at_two_depths(design, law), "two.csv", terms=0)
+    value, deviation = found.exponent
+    if exponent is not None:
+        assert abs(value - exponent) < 4.0 * deviation + 1e-3
+    assert deviation < 0.01
+    data = identification(found, "two.csv")
+    about = [each for each in data.warnings if "pressure" in each]
+    assert [words in each for each in about] == ([] if words is None else [True])
+    assert any(each.name == "friction_exponent" for each in data.values) == (words is not None)
+    assert data.misfit < 1.25
+    assert data.values[0].value == pytest.approx(4.96, rel=2e-3)
 
 
 def test_noise_is_found_by_second_differences(made):

@@ -417,6 +417,11 @@ turning: half a finger does
 fingerdesign/analysis/case.py | tests/control/test_turning_lift.py
 - return centred and mirrors_in_z(self.design) and self.path_scene.mirrors_in_z
 + return mirrors_in_z(self.design) and self.path_scene.mirrors_in_z
+
+identify: the modulus of Coulomb's fit stays
+fingerdesign/sensing/identify/trace_fit.py | tests/sensing/test_identify_trace.py
+- own, fit = _with_law(own, law, trace, fidelity)
++ fit = law
 """
 
 

@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 MOST_TERMS = 2  # The most terms of the Prony series.
 _STEPS = {"modulus": 1e-4, "friction": 1e-3, "touch": 1e-5, "share": 1e-4, "time": 1e-3}
+_STEPS |= {"exponent": 1e-2}
+_SLIPS = 0.05  # Deviation of the friction's logarithm over which the trace hardly slips.
+_MOST_EXPONENT = 0.98  # At 1 the bound is a constant strength.
 _SAME = 2e-4  # A larger change of the modulus condenses the finger again.
 _NEARLY = 10.0  # Below so many times that change, every row is played.
 _ROUNDS = 8
@@ -42,7 +45,7 @@ _TOUCH = 0.15  # The touch may be off by this fraction of the deepest approach.
 # Standard deviations before any measurement: of logarithms, of the touch over the deepest approach,
 # of shares and gains; of offsets, drifts and temperature, microstrain.
 _BEFORE = {"modulus": 1.0, "friction": 1.0, "touch": 0.1, "share": 0.3, "time": 3.0}
-_BEFORE |= {"gain": 0.5, "drift": 1e4}
+_BEFORE |= {"gain": 0.5, "drift": 1e4, "exponent": 1.0}
 # A term must lower the squares by so many times the logarithm of the number of data.
 _TERM = 2.0
 _TIMES, _SMALL = 9, 1e-3  # Times to try for a further term, with this share.
@@ -78,7 +81,7 @@ class TraceFit:
     def terms(self) -> Terms:
         """Shares and times (s) of the Prony series."""
         own = self.x[3:]
-        return tuple((float(own[k]), float(np.exp(own[k + 1]))) for k in range(0, len(own), 2))
+        return tuple((float(own[k]), float(np.exp(own[k + 1]))) for k in range(0, len(own) - 1, 2))
 
     def covariance(self, more: TracePath | None = None) -> Array:
         """Covariance of all unknowns, (n + g (1 + b),) squared; that along another path, if given.
@@ -265,20 +268,24 @@ def _fit(model: TraceModel, unknowns: Sequence[Unknown], rough: bool = False) ->
 
 def _quick_first(x: Array) -> Array:
     """The unknowns with the terms in the order of their times: all have the same bounds."""
-    terms = x[3:].reshape(-1, 2)
-    return np.concatenate([x[:3], terms[np.argsort(terms[:, 1])].reshape(-1)])
+    count = (len(x) - 3) // 2
+    terms = x[3 : 3 + 2 * count].reshape(-1, 2)
+    ordered = terms[np.argsort(terms[:, 1])].reshape(-1)
+    return np.concatenate([x[:3], ordered, x[3 + 2 * count :]])
 
 
 @dataclass(frozen=True)
 class Identified:
     """A finger with the values from a trace. design: with the modulus found; fit: of its own
-    model, so the modulus over the design's is exp(x[0]), next to 1."""
+    model, so the modulus over the design's is exp(x[0]), next to 1. exponent: of friction by
+    pressure, and its standard deviation; part of the fit where the trace supports it."""
 
     design: Design
     given: Design
     trace: Trace
     fit: TraceFit
     fidelity: str
+    exponent: tuple[float, float]
 
 
 def identified(
@@ -297,7 +304,7 @@ def identified(
     faults = list(trace_faults(design, trace))
     if faults:
         raise DesignError(faults, source)
-    material, own = design.body.material, design
+    own = design
     fit: TraceFit | None = None
     for number in range(_ROUNDS):
         report("condensing the finger")
@@ -307,10 +314,50 @@ def identified(
             fit = fit_trace(problem, own.gages.face, trace, terms, start, number == 0, report)
         if number > 1 and abs(fit.x[0]) < _SAME:  # The first two fits may lack a term.
             break
-        modulus = own.materials[material].youngs_modulus_MPa * float(np.exp(fit.x[0]))
-        own = with_values(own, {f"materials.{material}.youngs_modulus_MPa": modulus})
+        own = _with_modulus(own, fit)
     assert fit is not None
-    return Identified(own, design, trace, fit, fidelity)
+    if fit.deviations[1] > _SLIPS:
+        return Identified(own, design, trace, fit, fidelity, (0.0, _BEFORE["exponent"]))
+    report("fitting the friction's dependence on pressure")
+    with one_thread():
+        law = with_exponent(fit)
+    if law.bic < fit.bic:  # Coulomb's law was wrong, and with it the modulus.
+        own, fit = _with_law(own, law, trace, fidelity)
+        law = fit
+    exponent = float(law.x[-1]), float(law.deviations[len(law.x) - 1])
+    return Identified(own, design, trace, fit, fidelity, exponent)
+
+
+def _with_law(
+    design: Design, fit: TraceFit, trace: Trace, fidelity: str
+) -> tuple[Design, TraceFit]:
+    """The finger condensed again, and the fit to it, until the modulus changes no more."""
+    for _ in range(_ROUNDS):
+        design = _with_modulus(design, fit)
+        problem = grip_problem(design, fidelity)
+        with one_thread():
+            model = TraceModel(problem, design.gages.face, fit.model.path, fit.model.noise)
+            fit = _corrected(_fit(model, fit.restart), trace)
+        if abs(fit.x[0]) < _SAME:
+            break
+    return design, fit
+
+
+def _with_modulus(design: Design, fit: TraceFit) -> Design:
+    """The design with the modulus that a fit of its own model finds."""
+    material = design.body.material
+    modulus = design.materials[material].youngs_modulus_MPa * float(np.exp(fit.x[0]))
+    return with_values(design, {f"materials.{material}.youngs_modulus_MPa": modulus})
+
+
+def with_exponent(fit: TraceFit) -> TraceFit:
+    """The fit with a friction coefficient mu (p / p0)^-n, n unknown, p0 = ``fit.model.pressure``.
+
+    n = 0 is Coulomb's law, n near 1 a constant strength of the interface. While rubber relaxes, p
+    is the pressure before it did: that moves mu, and n hardly.
+    """
+    exponent = Unknown("friction_exponent", "exponent", 0.1, 0.0, _MOST_EXPONENT)
+    return _fit(fit.model, [*fit.restart, exponent])
 
 
 def trace_faults(design: Design, trace: Trace) -> Iterator[Fault]:

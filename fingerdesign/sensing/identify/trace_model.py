@@ -17,7 +17,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.increment import solve_increment
+from fingerdesign.contact.problem import ContactState, Motion
 from fingerdesign.sensing.identify.trace_path import Points, TracePath, played
+from fingerdesign.shapes.friction import FrictionLaw
 
 if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
@@ -32,7 +35,7 @@ Terms = tuple[tuple[float, float], ...]
 @dataclass(frozen=True)
 class Unknown:
     """An unknown of the iteration. kind: modulus, friction and time by their logarithms, touch in
-    mm, share of the Prony series."""
+    mm, share of the Prony series, exponent of friction (the last one, where it is unknown)."""
 
     name: str
     kind: str
@@ -72,11 +75,21 @@ class TraceModel:
 
     def _played(self, x: Array, path: TracePath) -> Array:
         friction, touch, *memory = (float(value) for value in x[1:])
+        exponent = memory.pop() if len(memory) % 2 else 0.0
         terms = [
             (share, float(np.exp(time))) for share, time in zip(*[iter(memory)] * 2, strict=True)
         ]
-        problem = self._problem.with_friction(float(np.exp(friction)))
+        law = FrictionLaw(float(np.exp(friction)), exponent=exponent, reference=self.pressure)
+        problem = self._problem.with_friction(law)
         return played(problem, self._face, path, terms, touch)
+
+    @cached_property
+    def pressure(self) -> float:
+        """Mean pressure, MPa, of a press to the mean depth of the path: p0 of the friction law."""
+        depth, problem = float(self.path.approach.mean()), self._problem
+        start = ContactState.untouched(problem)
+        force = solve_increment(problem, start, Motion(depth, 0.0)).multiplier[:, 0]
+        return float(force.sum() / max(problem.model.areas[force > 0.0].sum(), 1e-300)) or 1.0
 
     def correct(self, x: Array, trace: Trace) -> None:
         """Add to all later answers the difference of every row, played at x, from the points."""

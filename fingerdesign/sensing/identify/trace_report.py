@@ -26,6 +26,7 @@ _TWO_SIDED = 1.96  # Half a 95 % interval, in standard deviations.
 # A value is determined if half its interval is no wider: a fraction of the value; mm; a fraction of
 # all forces (share); microstrain; a logarithm (time).
 TARGET = {"modulus": 0.03, "friction": 0.05, "touch": 0.005, "share": 0.02, "time": 0.4}
+TARGET |= {"exponent": 0.1}
 TARGET |= {"gain": 0.03, "offset": 5.0, "drift": 0.5, "per_kelvin": 1.0}
 _ROWS = 30  # Rows of a motion that is tried.
 _LONGER = 3.0  # A further rest lasts so many times the longest one.
@@ -111,7 +112,7 @@ def identification(found: Identified, trace: str) -> IdentificationData:
         force_noise_N=tuple(noise[:2].tolist()),
         gage_noise_microstrain=tuple(noise[2:].tolist()),
         misfit=fit.misfit,
-        warnings=(*_fit_warnings(fit), *_trace_warnings(found, values)),
+        warnings=(*_fit_warnings(fit), *_trace_warnings(found, values), *_law_warnings(found)),
         next_motion=next_motion(found, values),
         versions=versions(),
     )
@@ -124,9 +125,10 @@ def _modulus(design: Design) -> float:
 def _values(fit: TraceFit, modulus: float) -> Iterator[ValueData]:
     count = len(fit.x)
     names = {"modulus": "youngs_modulus", "friction": "friction_coefficient"}
-    units = {"modulus": "MPa", "friction": "", "touch": "mm", "share": "", "time": "s"}
+    units = {"modulus": "MPa", "touch": "mm", "time": "s"}
     for each, x, deviation in zip(fit.unknowns, fit.x, fit.deviations[:count], strict=True):
-        name, kind, unit = names.get(each.name, each.name), each.kind, units[each.kind]
+        name, kind = names.get(each.name, each.name), each.kind
+        unit = units.get(kind, "")
         if each.by_logarithm:
             scale = modulus if kind == "modulus" else 1.0
             yield _by_logarithm(name, kind, unit, float(x), float(deviation), scale)
@@ -177,7 +179,7 @@ def _fit_warnings(fit: TraceFit) -> Iterator[str]:
         )
     for each, x in zip(fit.unknowns, fit.x, strict=True):
         near = 0.01 * (each.high - each.low)
-        if each.kind != "share" and (x - each.low < near or each.high - x < near):
+        if each.kind not in ("share", "exponent") and (x - each.low < near or each.high - x < near):
             yield f"{each.name} is at the end of its range: do not use it"
 
 
@@ -196,6 +198,25 @@ def _trace_warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterato
                 f"{value.name} = {value.value:.3g} s is longer than the longest rest, "
                 f"{rest:.3g} s: the trace has no information about later relaxation"
             )
+
+
+def _law_warnings(found: Identified) -> Iterator[str]:
+    """Say which law of friction the trace supports, where it is not Coulomb's for certain."""
+    value, half = found.exponent[0], _TWO_SIDED * found.exponent[1]
+    exponent = f"{value:.3f} +- {half:.2g}"
+    if found.fit.unknowns[-1].kind == "exponent":
+        pressure = found.fit.model.pressure
+        strength = float(np.exp(found.fit.x[1])) * pressure
+        constant = f", nearly a constant strength of {strength:.3g} MPa" if value > 0.9 else ""
+        yield (
+            f"friction falls with the pressure p: mu (p / {pressure:.3g} MPa)^-n, n = {exponent}"
+            f"{constant}; scenes take it as object.friction_law"
+        )
+    elif half > TARGET["exponent"]:
+        yield (
+            "the trace does not decide whether friction depends on the pressure (exponent "
+            f"{exponent}): shear until all slips, at two depths"
+        )
 
 
 def next_motion(found: Identified, values: tuple[ValueData, ...]) -> NextMotion | None:
