@@ -75,7 +75,7 @@ def _turning_until_sliding(
         motion = replace(state.motion, shear=shear)
         try:
             found = solve_increment(problem, state, motion, workspace)
-        except ZoneExhausted:  # all but the candidates' last rows slide by then
+        except ZoneExhausted:  # The drag leaves the candidates: the last state inside them counts.
             break
         state, touching = found.state, found.multiplier[:, 0] > 0.0
         if (state.sliding[touching] > 0.0).all():

@@ -27,12 +27,16 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.contact.laws import lengths
 from fingerdesign.contact.problem import FREE, ContactProblem
+from fingerdesign.errors import SolverError
 
 MOST_TURN_DEG = 10.0  # An object that has turned by more counts as dropped.
 # Of the moment of the weight: what the spring would carry of it at MOST_TURN_DEG, if it did not
 # rest again after each increment. A thousandth made matrices too stiff for small residuals.
 _SPRING = 0.03
-_ITERATIONS, _SETTLED = 300, 1e-10
+_ITERATIONS, _SETTLED = (
+    1000,
+    1e-10,
+)  # The second of the force: near a least one its place counts less.
 _STILL = 1e-9  # of the largest slip: nearer to the axis of the turn a node counts as so far off
 
 
@@ -56,27 +60,28 @@ def turning(problem: ContactProblem, centre_mm: float, tangential: float) -> Con
 
 def carried_turning(problem: ContactProblem, normal: Array) -> tuple[float, float]:
     """F_n and F_t (N) along the stage's axes as all of a contact of normal forces (m,) N slides and
-    turns."""
+    turns. Raises SolverError where the least force is not found."""
     touching = np.flatnonzero(normal > 0.0)
     forces = normal[touching]
     bounds = problem.friction.at(touching).bound(forces)
     pull, free = problem.modes[1, touching], problem.modes[FREE][:, touching]
     columns = np.moveaxis(free[..., 1:], 0, -1)  # (k, dim - 1, 2)
     lifts = np.einsum("m,kma->ka", forces, free[..., :1])[:, 0]
-    found = np.zeros(2)
+    size, before = lengths(pull[:, 1:]), np.inf
     for _ in range(_ITERATIONS):
-        slip = pull[:, 1:] + columns @ found
-        size = lengths(slip)
         weight = bounds / np.maximum(size, _STILL * size.max())
         normal_matrix = np.einsum("k,kai,kaj->ij", weight, columns, columns)
         right = lifts - np.einsum("k,kai,ka->i", weight, columns, pull[:, 1:])
-        before, found = found, np.linalg.solve(normal_matrix, right)
-        if np.abs(found - before).max() <= _SETTLED * max(1.0, float(np.abs(found).max())):
+        found = np.linalg.solve(normal_matrix, right)
+        slip = pull[:, 1:] + columns @ found
+        size = lengths(slip)
+        # By their power, for the force at the axis of the turn is not known.
+        carried = bounds @ size - forces @ pull[:, 0] - lifts @ found
+        if abs(before - carried) <= _SETTLED * abs(carried):
             break
-    slip = pull[:, 1:] + columns @ found
-    size = lengths(slip)
-    # By their power, for the force at the axis of the turn is not known.
-    carried = bounds @ size - forces @ pull[:, 0] - lifts @ found
+        before = carried
+    else:
+        raise SolverError("the least force of a contact that turns was not found")
     limit = np.zeros(problem.shape)
     limit[touching, 0] = forces
     limit[touching, 1:] = -(bounds / np.maximum(size, 1e-300))[:, None] * slip

@@ -85,11 +85,12 @@ class TraceModel:
 
     @cached_property
     def pressure(self) -> float:
-        """Mean pressure, MPa, of a press to the mean depth of the path: p0 of the friction law."""
+        """Mean pressure, MPa, of a press to the mean depth of the path: p0 of the friction law. Any
+        number would do: near the trace's own pressures, mu and the exponent are least related."""
         depth, problem = float(self.path.approach.mean()), self._problem
         start = ContactState.untouched(problem)
         force = solve_increment(problem, start, Motion(depth, 0.0)).multiplier[:, 0]
-        return float(force.sum() / max(problem.model.areas[force > 0.0].sum(), 1e-300)) or 1.0
+        return float(force.sum() / problem.model.areas[force > 0.0].sum()) if force.any() else 1.0
 
     def correct(self, x: Array, trace: Trace) -> None:
         """Add to all later answers the difference of every row, played at x, from the points."""
