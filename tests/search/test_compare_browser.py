@@ -202,8 +202,7 @@ def test_choosing_in_the_chart_by_mouse_and_keys(browser):
     browser.key("Enter")
     by_error = sorted(GOOD, key=lambda i: (MADE[i].metrics["stick_error"], cost(i)))
     assert browser.evaluate("FD.selected[0]") == by_error[1]
-    browser.press_at(*point(browser, by_error[-1]))
-    browser.wait("FD.selected[1] !== null")
+    browser.press_until(lambda: point(browser, by_error[-1]), "FD.selected[1] !== null")
     assert browser.evaluate("FD.selected") == [by_error[1], by_error[-1]]
     assert browser.evaluate(f"FD.name({by_error[-1]})") in text(browser, "chosen")
 
@@ -337,14 +336,13 @@ def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_cho
         for each in points
     }
     at_x, at_y, target = max(alone, key=alone.get)  # where no other line is near
-    x, y = views.evaluate(
+    on_line = (
         f"(() => {{ const p = {place};"
         "const { xaxis, yaxis } = p._fullLayout; const r = p.getBoundingClientRect();"
         f"return [r.x + xaxis._offset + xaxis.l2p({at_x}),"
         f"r.y + yaxis._offset + yaxis.l2p({at_y})]; }})()"
     )
-    views.press_at(x, y)
-    views.wait("FD.selected[0] !== null")
+    views.press_until(lambda: views.evaluate(on_line), "FD.selected[0] !== null")
     assert views.evaluate("FD.selected") == [target, None]
     seen(views, "parallel", LINES)
     before = views.evaluate(count)

@@ -10,6 +10,7 @@ https://chromedevtools.github.io/devtools-protocol/ names the methods. Needs Chr
 
 import asyncio
 import base64
+import contextlib
 import json
 import shutil
 import subprocess
@@ -38,6 +39,10 @@ _KEYS = {
 
 class BrowserError(FingerDesignError):
     """No browser, or one that does not answer, or a script of the page's that threw."""
+
+
+class NotYetError(AssertionError):
+    """What a test waits for did not become true in its time."""
 
 
 def chromium():
@@ -120,13 +125,13 @@ class Browser:
         """Until an expression is true."""
         end = time.monotonic() + timeout_s
         while not self.evaluate(f"Boolean({ready})"):
-            assert time.monotonic() < end, f"never true: {ready}"
+            if time.monotonic() > end:
+                raise NotYetError(f"never true: {ready}")
             time.sleep(0.05)
 
     def show(self, place):
         """Scroll the element of that id into the middle of the window."""
-        where = "{block: 'center', behavior: 'instant'}"
-        self.evaluate(f"document.getElementById('{place}').scrollIntoView({where})")
+        self._center(f"document.getElementById('{place}')")
 
     def change(self, place, value, event="input"):
         """Give a field a value as a user would."""
@@ -137,8 +142,15 @@ class Browser:
 
     def click(self, selector):
         """A real press of the mouse in the middle of the first element, scrolled into view."""
-        place = self.evaluate(
-            f"(async () => {{ const e = document.querySelector({json.dumps(selector)});"
+        place = self._center(f"document.querySelector({json.dumps(selector)})")
+        if not place:
+            raise BrowserError(f"the page has no {selector}")
+        self.press_at(*place)
+
+    def _center(self, element):
+        """Scroll an element into the middle of the window; the place of its own middle, px."""
+        return self.evaluate(
+            f"(async () => {{ const e = {element};"
             "if (!e) return 0;"
             "e.scrollIntoView({block: 'center', inline: 'center', behavior: 'instant'});"
             # What comes into sight may be drawn now, and move the rest.
@@ -146,9 +158,17 @@ class Browser:
             "const r = e.getBoundingClientRect();"
             "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
         )
-        if not place:
-            raise BrowserError(f"the page has no {selector}")
-        self.press_at(*place)
+
+    def press_until(self, place, ready):
+        """Press at the place that ``place()`` computes anew, px, until an expression is true.
+
+        A chart that is being drawn may move, and loses the press: a user presses again.
+        """
+        for wait_s in (10.0, 20.0, 40.0):
+            self.press_at(*place())
+            with contextlib.suppress(NotYetError):
+                return self.wait(ready, wait_s)
+        raise NotYetError(f"never true, though pressed three times: {ready}")
 
     def press_at(self, x, y, to=None):
         """Press the mouse at a place of the window, px; with ``to``, drag it there."""
