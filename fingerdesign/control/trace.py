@@ -110,10 +110,10 @@ def csv_text_of(path: Path, key: str, bound: str) -> str:
 
 def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> Trace:
     """Read a file's text like :func:`read_trace`; ``source`` names it in errors."""
-    header, lines = _lines(text, source)
-    _refuse(_header_faults(header, gages), source)
-    table, faults = _numbers(header, lines)
-    _refuse(faults, source)
+    header, lines = csv_lines(text, source)
+    refuse_faults(_header_faults(header, gages), source)
+    table, faults = csv_numbers(header, lines)
+    refuse_faults(faults, source)
     rows = np.array([row for row, _ in lines], dtype=np.int64)
     column = dict(zip(header, table.T, strict=True))
     lifted = column.get("lifted")
@@ -123,14 +123,15 @@ def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> T
             for k in np.flatnonzero(~np.isin(lifted, (0.0, 1.0)))
         ]
         lifted = lifted > 0.0
-    _refuse([*faults, *unit_faults(column, rows)], source)
+    refuse_faults([*faults, *unit_faults(column, rows)], source)
     readings = table[:, [header.index(name) for name in _gages_of(header)]]
     time, dx, dy, normal, tangential = (column[name] for name in COLUMNS)
     heated = column.get(TEMPERATURE)
     return Trace(time, dx, dy, normal, tangential, readings, rows, lifted, heated)
 
 
-def _refuse(faults: Sequence[Fault], source: str) -> None:
+def refuse_faults(faults: Sequence[Fault], source: str) -> None:
+    """Raise DesignError with the faults, if any; of very many, the first ones."""
     if len(faults) > _MOST_FAULTS:
         left = len(faults) - _MOST_FAULTS
         more = Fault("trace", f"{left} more faults", "without any", "mend these first")
@@ -139,15 +140,17 @@ def _refuse(faults: Sequence[Fault], source: str) -> None:
         raise DesignError(list(faults), source)
 
 
-def _lines(text: str, source: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """The header's names, and (row, cells) of each line that holds anything."""
+def csv_lines(
+    text: str, source: str, least: int = 2
+) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """The header's names, and (row, cells) of each line that holds anything, ``least`` or more."""
     try:
         reader = csv.reader(text.splitlines(), strict=True)
         lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader if cells]
     except csv.Error as error:
         raise DesignError([Fault("trace", source, "a CSV file", str(error))]) from None
-    if len(lines) < 3:
-        bound = "a header and at least 2 samples"
+    if len(lines) < 1 + least:
+        bound = f"a header and at least {least} samples"
         raise DesignError([Fault("trace", f"{len(lines)} rows", bound, "record a grip")], source)
     return lines[0][1], lines[1:]
 
@@ -193,7 +196,7 @@ def _gage_column_faults(found: Sequence[str], gages: int | None) -> Iterator[Fau
         yield cell_fault(1, found[-1], "a number too high", bound, "number them from 1")
 
 
-def _numbers(
+def csv_numbers(
     header: Sequence[str], lines: Sequence[tuple[int, list[str]]]
 ) -> tuple[Array, list[Fault]]:
     """The table (k, columns), and a fault for each cell that holds no finite number."""

@@ -1,0 +1,1 @@
+"""Recordings of slip that others measured, and our detectors on them."""

@@ -1,0 +1,97 @@
+"""eFlesh: tugs at objects in a gripper, two sensors of five magnetometers each, at 100 Hz.
+
+Of the public repository notvenky/eFlesh (MIT), slip_detection/data: seq_0.pt to seq_136.pt, each
+300 samples of 30 numbers, and labels, a 1 where the object was tugged. A .pt file is a zip archive
+with the numbers as they are; nothing in it is run. The authors' classifier stands in checkpoints/.
+"""
+
+from __future__ import annotations
+
+import pickletools
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from fingerdesign.arrays import Array
+from fingerdesign.control.trace import csv_text_of
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.trials.recorded.detect import Detector
+from fingerdesign.trials.recorded.recording import Recording
+
+CLASSIFIER = "eflesh_linear.pkl"
+_RATE, _NUMBERS, _SENSORS = 100.0, 30, 2  # Hz, numbers a sample, sensors
+_MOST_BYTES = 10_000_000  # of one sequence; the authors' have 36 kB
+
+
+def read_eflesh(folder: Path) -> list[Recording]:
+    """The recordings of a folder with labels and seq_*.pt; DesignError with every fault."""
+    lines = csv_text_of(folder / "labels", "labels", "a text file").split()
+    files = [folder / f"seq_{k}.pt" for k in range(len(lines))]
+    faults = [
+        Fault(f"labels, line {k + 1}", text, "0 or 1", "fetch the file again")
+        for k, text in enumerate(lines)
+        if text not in ("0", "1")
+    ]
+    found = []
+    for path, label in zip(files, lines, strict=True):
+        try:
+            samples = _samples(path)
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            bound = f"a tensor of rows of {_NUMBERS} numbers"
+            faults.append(Fault("sequence", str(path), bound, f"fetch it again ({error})"))
+            continue
+        taxels = samples.reshape(len(samples), _SENSORS, -1, 3)
+        time = np.arange(len(samples)) / _RATE
+        fingers = tuple(taxels[:, k] for k in range(_SENSORS))
+        found.append(Recording(path.stem, time, fingers, label == "1"))
+    if faults:
+        raise DesignError(faults, str(folder))
+    return found
+
+
+def _samples(path: Path) -> Array:
+    with zipfile.ZipFile(path) as archive:
+        name = next((each for each in archive.namelist() if each.endswith("/data/0")), "data/0")
+        if archive.getinfo(name).file_size > _MOST_BYTES:
+            raise ValueError(f"over {_MOST_BYTES} bytes")
+        values = np.frombuffer(archive.read(name), "<f4").astype(float)
+    samples = values.reshape(-1, _NUMBERS)
+    if len(samples) < 50 or not np.isfinite(samples).all():
+        raise ValueError("too short, or not all are finite numbers")
+    return samples
+
+
+def authors_detector(file: Path) -> Detector:
+    """The authors' classifier, a logistic regression on three features of a whole sequence.
+
+    Its numbers are taken out of the pickle, of which no code is run. DesignError for another file.
+    """
+    try:
+        *coefficients, intercept = _floats(file.read_bytes())
+        weights = np.array(coefficients).reshape(3)
+    except (OSError, ValueError) as error:
+        remedy = f"fetch it again ({error})"
+        raise DesignError([Fault("classifier", str(file), "of 3 features", remedy)]) from None
+
+    def scores(recording: Recording) -> Array:
+        samples = recording.fingers[-1].reshape(len(recording.time), -1)
+        smooth = savgol_filter(samples, 11, 3, axis=0)
+        tangential = np.arange(smooth.shape[1]) % 3 != 2
+        moved = ((smooth - np.median(smooth[:50], axis=0)) / 100.0)[:, tangential]
+        features = np.ptp(moved), abs(moved.sum()), moved.std(axis=0).sum()
+        return np.array([float(weights @ features) + intercept])
+
+    note = "their checkpoint, trained on these very recordings"
+    return Detector("logistic regression", scores, 0.0, note, ours=False)
+
+
+def _floats(pickled: bytes) -> Iterator[float]:
+    """The numbers of a pickle's arrays of doubles: the bytes after the name of that type."""
+    doubles = False
+    for code, value, _ in pickletools.genops(pickled):
+        doubles = doubles or value == "f8"
+        if doubles and code.name == "SHORT_BINBYTES":
+            yield from np.frombuffer(value, "<f8").tolist()
