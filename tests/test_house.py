@@ -37,6 +37,7 @@ KERNELS = {
     "trame": {"studio"},
     "mujoco": {"robots"},
     "pyarrow": {"trials"},
+    "h5py": {"trials"},
 }
 NAMES_INSIDE_FUNCTIONS = 80  # each for a heavy library or a light start
 MOST_LINES, MOST_FILES = 600, 20

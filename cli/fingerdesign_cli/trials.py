@@ -3,12 +3,13 @@
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import click
 
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.base import plain
+from fingerdesign.records.base import json_text, plain
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.registry import code_allowed
@@ -18,6 +19,20 @@ from fingerdesign.trials.grid import SEALED_SEED, ControlGrid, Perturbed, refuse
 from fingerdesign.trials.program import REFERENCE as PROGRAM
 from fingerdesign.trials.program import program
 from fingerdesign.trials.record import ControlStudy, TuningData
+from fingerdesign.trials.recorded.page import (
+    friction_table,
+    recorded_html,
+    slip_table,
+    verdicts,
+)
+from fingerdesign.trials.recorded.sets import FOLDER as RECORDINGS
+from fingerdesign.trials.recorded.sets import (
+    NAME,
+    PAGE,
+    RECORD,
+    RecordedData,
+    judge_recorded,
+)
 from fingerdesign.trials.study import (
     FOLDER,
     StudyOptions,
@@ -100,23 +115,40 @@ class Axes(Options):
             raise DesignError(wrong)
 
 
+@dataclass(frozen=True)
+class Instead(Options):
+    """What is judged or written instead of a grid: the held-out set, a data set, recordings."""
+
+    held_out: str | None
+    to: tuple[str, Path] | None
+    recorded: Path | None
+
+
 def study(
-    design_file: Path,
+    design_file: Path | None,
     out: Path,
     hands: Hands,
     workers: int | None,
     fidelity: Any,
     axes: Axes,
-    held_out: str | None,
-    to: tuple[str, Path] | None,
+    instead: Instead,
 ) -> int:
-    """Judge controllers on DESIGN over friction, weight and noise, or on perturbed fingers."""
+    """Judge controllers on DESIGN over friction, weight and noise, on perturbed fingers, or our
+    detectors on recordings."""
+    held_out, to = instead.held_out, instead.to
+    if instead.recorded is not None:
+        _refuse_axes("--recorded takes no other options", axes, hands, fidelity)
+        if design_file is not None or held_out is not None or to is not None:
+            raise click.UsageError("--recorded judges no design: leave out DESIGN and other work")
+        return _recorded(instead.recorded, out / NAME)
+    if design_file is None:
+        raise click.UsageError("Missing argument 'DESIGN'.")
     with ExitStack() as stack:
         if hands.program is not None:
             stack.enter_context(program(hands.program))
             stack.enter_context(code_allowed(PROGRAM))
         if str(design_file) == gripbench.NAME:
-            _refuse_axes(axes, hands, fidelity)
+            _refuse_axes("gripbench is a fixed set", axes, hands, fidelity)
             if to is not None:
                 raise click.UsageError("gripbench only judges: --to needs a design")
             return _gripbench(out / gripbench.NAME, hands, workers or usable_cores(), held_out)
@@ -127,12 +159,43 @@ def study(
         return _study(design_file, out, hands, workers or usable_cores(), fidelity, axes)
 
 
-def _refuse_axes(axes: Axes, hands: Hands, fidelity: str) -> None:
+def _refuse_axes(why: str, axes: Axes, hands: Hands, fidelity: str) -> None:
     """UsageError for an option that would change the set."""
     given = [key for key, value in vars(axes).items() if value]
     given += ["tune"] * hands.tune + ["fidelity"] * (fidelity != "plane-strain")
     if given:
-        raise click.UsageError(f"gripbench is a fixed set: leave out {', '.join(given)}")
+        raise click.UsageError(f"{why}: leave out {', '.join(given)}")
+
+
+def _recorded(folder: Path, target: Path) -> int:
+    if not folder.is_dir():
+        fault = Fault(
+            "--recorded", str(folder), "a folder of recordings", "docs/how_to/recorded.md"
+        )
+        raise DesignError([fault])
+    began = perf_counter()
+    with recorded(RECORDINGS, target) as (place, show):
+        show("reading and judging recordings", 0.0)
+        data = judge_recorded(folder)
+        seconds = perf_counter() - began
+        (place / RECORD).write_text(json_text(data), encoding="utf-8")
+        (place / PAGE).write_text(recorded_html(data, seconds), encoding="utf-8")
+    say_result(lambda: plain(data), lambda: _show_recorded(data, seconds, target))
+    open_page(target / PAGE)
+    return 0
+
+
+def _show_recorded(data: RecordedData, seconds: float, folder: Path) -> None:
+    tables = [slip_table(each) for each in data.sets]
+    tables += [friction_table(data.friction)] if data.friction is not None else []
+    for each in tables:
+        print_table(each.caption, each.columns, each.rows)
+    for found in verdicts(data):
+        words = ", ".join(each for each in (found.number, found.target, found.count) if each)
+        say_marked(found.sign, f"{found.name}: {words}")
+    if data.absent:
+        say_marked(SIGNS["warning"], f"{len(data.absent)} files are pointers: git lfs pull")
+    click.echo(f"{seconds:.0f} s; report: {folder / PAGE}")
 
 
 def _gripbench(target: Path, hands: Hands, workers: int, held_out: str | None) -> int:

@@ -56,6 +56,10 @@ SCHEMAS = {
         "fingerdesign.trials.gripbench:Scorecard",
         "Controllers on a fixed set of fingers and objects (fingerdesign study gripbench)",
     ),
+    "recorded": (
+        "fingerdesign.trials.recorded.sets:RecordedData",
+        "Detectors of slip on recordings of others (fingerdesign study --recorded)",
+    ),
     "atlas": (
         "fingerdesign.search.passing.atlas:Atlas",
         "Verified fingers that `new` starts from (fingerdesign bench atlas)",

@@ -222,7 +222,8 @@ def export() -> None:
 
 
 @command("trials", "Compare controllers over friction, weight and noise.")
-@design_and_out
+@click.argument("design_file", metavar="DESIGN", type=DESIGN, required=False)
+@out_option
 @controllers_option
 @numbers_option(
     "--friction",
@@ -282,6 +283,12 @@ def export() -> None:
     metavar="lerobot DIR",
     help="Write the lifts, sample by sample, as a LeRobot data set into a new DIR; judge nothing.",
 )
+@click.option(
+    "--recorded",
+    metavar="DIR",
+    type=FILE,
+    help="Judge our detectors of slip on recordings of others in DIR, instead of a DESIGN.",
+)
 @open_option
 @click.option(
     "--seed", type=int, default=0, show_default=True, help="Of all noise, fingers and trials."
@@ -309,6 +316,9 @@ def study() -> None:
 
     `fingerdesign study gripbench` judges them on a fixed set: 99 perturbed fingers, four objects
     each. OUT/gripbench then holds gripbench.json (the scorecard), gripbench.csv, gripbench.png.
+
+    `fingerdesign study --recorded DIR` reads recordings in the plain format or of public sets
+    (docs/how_to/recorded.md). OUT/recorded then holds recorded.html and recorded.json.
 
     --tune tunes the controllers first, each by the same procedure and the same number of grips, on
     other objects and noise than the study's; tuned.toml is DESIGN with the best values.

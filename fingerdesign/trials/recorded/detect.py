@@ -6,16 +6,17 @@ the taxels' mean tangential signal, along its own change. A is the number of tax
 over THRESHOLD of the strongest taxel's at the first such change, when all sticks; the share is A
 over its largest so far. The lesser of the fingers counts.
 
-*Change of load.* A plain rival: the load's change within WINDOW_S over its noise at rest.
+*Change of load.* A plain rival: the load's change within ANSWER_S over that floor.
 
-A hand's ratio of F_t to F_n, and its pull dF_t/dx, are in no public set: normal signals begin under
-load, and no hand's move against the object is recorded.
+F_t / F_n, and the pull dF_t/dx of our reactive hand, can be had of no public set: its normal
+signals begin under load, and no move of the hand against the object is recorded.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,22 +24,22 @@ from fingerdesign.arrays import Array
 from fingerdesign.control.controllers.regulator import RegulatorTable
 from fingerdesign.control.signals import Sample, response
 from fingerdesign.design.grip import Grip
-from fingerdesign.records.statistics import Share, clustered_share
+from fingerdesign.records.base import closed
+from fingerdesign.records.statistics import Rate, Share, clustered_share
 from fingerdesign.trials.recorded.recording import REST_S, Recording
 
-# Both are the shipped defaults of a grip, set on simulated fingers before any recording was read.
+# Both are shipped defaults of a grip, set on simulated fingers before any recording was read.
 THRESHOLD = float(Grip.model_fields["threshold_share"].default)
-LEAST_STICK = RegulatorTable.least_stick
+LEAST_STICK = float(RegulatorTable.least_stick)
 NOISES = 5.0  # Deviations of one taxel's noise: once in two million samples by chance.
-WINDOW_S = 0.1  # A person answers a slip in 0.07 to 0.1 s.
-ANSWER_S = WINDOW_S  # An alarm so long after the gross slip still finds it.
-SPAN_S = 1.0  # Of a window: all windows are equally long, else a longer one has more alarms.
+ANSWER_S = 0.1  # A person answers a slip in 0.07 to 0.1 s: so late an alarm still finds it.
+SPAN_S = 1.0  # of a window: all are equally long, else longer ones have more alarms
 
 
 @dataclass(frozen=True)
 class Detector:
-    """A detector. scores: of a recording (k,), larger where slip is more likely; alarm: the score
-    over which it alarms; note: where its parameters are from."""
+    """A detector. scores: of a recording (k,), larger where slip is more likely, or (1,) of all of
+    it; it alarms over ``alarm``; note: where its parameters are from."""
 
     name: str
     scores: Callable[[Recording], Array]
@@ -47,13 +48,13 @@ class Detector:
     ours: bool = True
 
 
-def stick_share(recording: Recording) -> Array:
-    """The share of taxels that follow the load (k,); 1 before the first change of the load."""
-    return np.min([_share(taxels, rest(recording)) for taxels in recording.fingers], axis=0)
+def slipping(recording: Recording) -> Array:
+    """1 less the share of taxels that follow the load (k,); 0 before its first change."""
+    found = [1.0 - _share(*_shear(taxels, recording.rest)) for taxels in recording.fingers]
+    return np.asarray(np.max(found, axis=0))
 
 
-def _share(taxels: Array, quiet: Array) -> Array:
-    shear, floor = _shear(taxels, quiet)
+def _share(shear: Array, floor: float) -> Array:
     load = shear.mean(axis=1)
     share = np.ones(len(load))
     most, scale = 0, np.nan
@@ -64,7 +65,7 @@ def _share(taxels: Array, quiet: Array) -> Array:
             continue
         along = load[k] - load[far[-1]]
         along = along / np.hypot(*along)
-        before, now = (Sample(shear[j] @ along, 0.0, float(load[j] @ along)) for j in (far[-1], k))
+        before, now = (Sample(shear[j] @ along, 0.0, load[j] @ along) for j in (far[-1], k))
         d = response(before, now)
         scale = d.max() if np.isnan(scale) else scale
         area = int((d > THRESHOLD * scale).sum())
@@ -74,133 +75,103 @@ def _share(taxels: Array, quiet: Array) -> Array:
 
 
 def change_of_load(recording: Recording) -> Array:
-    """Change of the load within WINDOW_S over the noise of one taxel's (k,); the larger finger's.
-
-    The floor of NOISES is 1.
-    """
-    reach = max(1, round(WINDOW_S / float(np.median(np.diff(recording.time)))))
+    """Change of the load within ANSWER_S over the floor (k,), the larger finger's."""
+    reach = max(1, round(ANSWER_S / float(np.median(np.diff(recording.time)))))
     found = np.zeros(len(recording.time))
     for taxels in recording.fingers:
-        shear, floor = _shear(taxels, rest(recording))
+        shear, floor = _shear(taxels, recording.rest)
         load = shear.mean(axis=1)
         step = np.hypot(*(load[reach:] - load[:-reach]).T) / floor
         found[reach:] = np.maximum(found[reach:], step)
     return found
 
 
-def rest(recording: Recording) -> Array:
-    """Samples (k,) of the rest at the begin of a recording, as true."""
-    return np.asarray(recording.time <= recording.time[0] + REST_S)
+def _shear(taxels: Array, rest: Array) -> tuple[Array, float]:
+    """Tangential signals (k, n, 2) from rest, and the floor of the load: NOISES deviations of the
+    difference of two samples of a taxel, or 1/1000 of the largest load without noise."""
+    shear = taxels[:, :, :2] - np.median(taxels[rest, :, :2], axis=0)
+    noise = float(np.sqrt(2.0 * np.mean(np.var(shear[rest], axis=0))))
+    return shear, max(NOISES * noise, 1e-3 * float(np.abs(shear.mean(axis=1)).max()), 1e-12)
 
 
-def _shear(taxels: Array, quiet: Array) -> tuple[Array, float]:
-    """Tangential signals (k, n, 2) from rest, and the least change of the load that means
-    anything: NOISES of the difference of two samples, or of its largest 1/1000 without noise."""
-    shear = taxels[:, :, :2] - np.median(taxels[quiet, :, :2], axis=0)
-    noise = float(np.sqrt(np.mean(np.var(shear[quiet], axis=0))))
-    least = 1e-3 * float(np.abs(shear.mean(axis=1)).max(initial=0.0))
-    return shear, max(NOISES * np.sqrt(2.0) * noise, least, 1e-12)
-
-
+_UNDER = f"alarm under {LEAST_STICK:g}, the regulator's default"
+_FALL = "alarm at the first fall of the area, the rule of Maeno et al. 2000"
 OURS = (
-    Detector(
-        "stick share",
-        lambda recording: 1.0 - stick_share(recording),
-        1.0 - LEAST_STICK,
-        f"alarms under {LEAST_STICK:g}, the regulator's default",
-    ),
-    Detector(
-        "first fall of the area",
-        lambda recording: 1.0 - stick_share(recording),
-        0.0,
-        "alarms as the area is below its largest: the rule of Maeno et al. 2000",
-    ),
-    Detector(
-        "change of load",
-        change_of_load,
-        1.0,
-        f"alarms over {NOISES:g} deviations in {WINDOW_S:g} s",
-    ),
+    Detector("stick share", slipping, 1.0 - LEAST_STICK, _UNDER),
+    Detector("stick share, first fall", slipping, 0.0, _FALL),
+    Detector("change of load", change_of_load, 1.0, f"alarm over {NOISES:g} deviations"),
 )
 
 
+@closed
 @dataclass(frozen=True)
 class Score:
-    """A detector's score on windows of recordings. right: those judged right; found: of those with
-    slip, with an alarm; false: of those without; early: of those whose moment of gross slip is
-    known, alarmed before it; lead: median time before it (s); rank: the probability that a window
-    with slip scores more than one without, whatever the alarm's level."""
+    """A detector's score on windows. right: windows judged right; found: of those with slip, with
+    an alarm; false: of those without; early: of those with slip, alarmed before it, null where its
+    moment is not labelled; lead_s: median time before it; rank: the probability that a window with
+    slip scores more than one without, whatever the alarm's level."""
 
-    detector: Detector
+    detector: str
+    ours: bool
+    note: str
     right: Share
     found: Share
     false: Share
     early: Share | None
-    lead: float | None
-    rank: float | None
+    lead_s: float | None
+    rank: Rate | None
 
 
-@dataclass(frozen=True)
-class _Window:
-    """A stretch of a recording: its number, whether it slips there, the largest score, and the
-    time from the first alarm to the gross slip, None where either is absent."""
-
+class _Window(NamedTuple):
     recording: int
     slips: bool
-    most: float
+    most: float  # the largest score
     alarm: bool
-    lead: float | None
+    lead: float = 0.0  # s from the first alarm to the gross slip
 
 
 def score(detector: Detector, recordings: Sequence[Recording]) -> Score:
-    """The score of a detector on recordings. One that is labelled as a whole is one window."""
+    """The score of a detector on recordings; windows of one recording are a cluster."""
     found = [w for k, each in enumerate(recordings) for w in _windows(detector, k, each)]
-    leads = [w.lead for w in found if w.lead is not None and w.slips]
-    timed = any(each.slip is not None for each in recordings)
+    slip, none = ([w for w in found if w.slips == wanted] for wanted in (True, False))
 
-    def share(of: Callable[[_Window], bool], count: Callable[[_Window], bool]) -> Share:
-        """Of the windows of a kind those that count; windows of one recording are a cluster."""
-        own = [[w for w in found if w.recording == k and of(w)] for k in range(len(recordings))]
+    def share(windows: Sequence[_Window], count: Callable[[_Window], bool]) -> Share:
+        own = [[w for w in windows if w.recording == k] for k in range(len(recordings))]
         return clustered_share([sum(map(count, each)) for each in own], map(len, own))
 
+    timed = any(each.slip is not None for each in recordings)
+    leads = [w.lead for w in slip if timed and w.alarm]
+    above, below = np.array([w.most for w in slip])[:, None], np.array([w.most for w in none])
+    # Mann and Whitney's statistic over its largest.
+    rank = np.mean((above > below) + 0.5 * (above == below)) if slip and none else None
     return Score(
-        detector,
-        share(lambda w: True, lambda w: w.alarm == w.slips),
-        share(lambda w: w.slips, lambda w: w.alarm),
-        share(lambda w: not w.slips, lambda w: w.alarm),
-        share(lambda w: w.slips, lambda w: (w.lead or 0.0) > 0.0) if timed else None,
+        detector.name,
+        detector.ours,
+        detector.note,
+        share(found, lambda w: w.alarm == w.slips),
+        share(slip, lambda w: w.alarm),
+        share(none, lambda w: w.alarm),
+        share(slip, lambda w: w.lead > 0.0) if timed else None,
         float(np.median(leads)) if leads else None,
-        _rank([w.most for w in found], [w.slips for w in found]),
+        None if rank is None else float(rank),
     )
 
 
 def _windows(detector: Detector, number: int, recording: Recording) -> Iterator[_Window]:
-    """The windows of one recording.
-
-    The last one ends ANSWER_S after the gross slip and begins SPAN_S before it; those in front of
-    it, and all of a recording without slip, have no slip. What follows the slip is no window.
-    """
-    scores, time = detector.scores(recording), recording.time
+    """The windows of a recording: all of it, where it is labelled as a whole. Else the last one is
+    from SPAN_S before the gross slip to ANSWER_S after it; those in front of it have no slip."""
+    scores, time, onset = detector.scores(recording), recording.time, recording.onset
     if recording.slip is None:
         most = float(scores.max())
-        yield _Window(number, recording.slips, most, most > detector.alarm, None)
+        yield _Window(number, recording.slips, most, most > detector.alarm)
         return
-    onset = recording.onset()
-    begin, end = float(time[0]) + REST_S, float(time[-1])
-    last = end if onset is None else onset - SPAN_S
-    spans = [(begin + k * SPAN_S, False) for k in range(int((last - begin) / SPAN_S))]
-    for start, slips in [*spans, *([] if onset is None else [(max(last, begin), True)])]:
-        stop = onset + ANSWER_S if slips and onset is not None else start + SPAN_S
+    begin = float(time[0]) + REST_S
+    last = float(time[-1]) if onset is None else max(onset - SPAN_S, begin)
+    starts = [begin + k * SPAN_S for k in range(int((last - begin) / SPAN_S))]
+    spans = [(start, start + SPAN_S) for start in starts]
+    for start, stop in spans if onset is None else [*spans, (last, onset + ANSWER_S)]:
         inside = (time >= start) & (time < stop)
-        over = np.flatnonzero(inside & (scores > detector.alarm))
-        lead = onset - float(time[over[0]]) if onset is not None and over.size else None
-        yield _Window(number, slips, float(scores[inside].max(initial=0.0)), bool(over.size), lead)
-
-
-def _rank(values: Sequence[float], slips: Sequence[bool]) -> float | None:
-    """Mann and Whitney's statistic over its largest; None where one of the two kinds is absent."""
-    found, of = np.array(values), np.array(slips, dtype=bool)
-    above, below = found[of][:, None], found[~of][None, :]
-    if not above.size or not below.size:
-        return None
-    return float(((above > below) + 0.5 * (above == below)).mean())
+        alarms = time[inside & (scores > detector.alarm)]
+        lead = onset - float(alarms[0]) if onset is not None and alarms.size else 0.0
+        slips = onset is not None and stop > onset
+        yield _Window(number, slips, float(scores[inside].max()), bool(alarms.size), lead)

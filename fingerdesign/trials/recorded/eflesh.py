@@ -2,7 +2,7 @@
 
 Of the public repository notvenky/eFlesh (MIT), slip_detection/data: seq_0.pt to seq_136.pt, each
 300 samples of 30 numbers, and labels, a 1 where the object was tugged. A .pt file is a zip archive
-with the numbers as they are; nothing in it is run. The authors' classifier stands in checkpoints/.
+with the numbers as they are; nothing in it is run.
 """
 
 from __future__ import annotations
@@ -16,39 +16,35 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.trace import csv_text_of
+from fingerdesign.control.trace import csv_text_of, refuse_faults
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.trials.recorded.detect import Detector
 from fingerdesign.trials.recorded.recording import Recording
 
 CLASSIFIER = "eflesh_linear.pkl"
 _RATE, _NUMBERS, _SENSORS = 100.0, 30, 2  # Hz, numbers a sample, sensors
-_MOST_BYTES = 10_000_000  # of one sequence; the authors' have 36 kB
+_LEAST, _MOST_BYTES = 50, 10_000_000  # rows, and bytes, of a sequence; the authors' have 36 kB
 
 
 def read_eflesh(folder: Path) -> list[Recording]:
     """The recordings of a folder with labels and seq_*.pt; DesignError with every fault."""
     lines = csv_text_of(folder / "labels", "labels", "a text file").split()
-    files = [folder / f"seq_{k}.pt" for k in range(len(lines))]
-    faults = [
-        Fault(f"labels, line {k + 1}", text, "0 or 1", "fetch the file again")
-        for k, text in enumerate(lines)
-        if text not in ("0", "1")
-    ]
-    found = []
-    for path, label in zip(files, lines, strict=True):
+    faults, found = [], []
+    for k, label in enumerate(lines):
+        path = folder / f"seq_{k}.pt"
+        if label not in ("0", "1"):
+            faults.append(Fault(f"labels, line {k + 1}", label, "0 or 1", "fetch it again"))
         try:
             samples = _samples(path)
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-            bound = f"a tensor of rows of {_NUMBERS} numbers"
+            bound = f"a tensor of at least {_LEAST} rows of {_NUMBERS} numbers"
             faults.append(Fault("sequence", str(path), bound, f"fetch it again ({error})"))
             continue
         taxels = samples.reshape(len(samples), _SENSORS, -1, 3)
         time = np.arange(len(samples)) / _RATE
-        fingers = tuple(taxels[:, k] for k in range(_SENSORS))
+        fingers = tuple(taxels[:, each] for each in range(_SENSORS))
         found.append(Recording(path.stem, time, fingers, label == "1"))
-    if faults:
-        raise DesignError(faults, str(folder))
+    refuse_faults(faults, str(folder))
     return found
 
 
@@ -57,9 +53,8 @@ def _samples(path: Path) -> Array:
         name = next((each for each in archive.namelist() if each.endswith("/data/0")), "data/0")
         if archive.getinfo(name).file_size > _MOST_BYTES:
             raise ValueError(f"over {_MOST_BYTES} bytes")
-        values = np.frombuffer(archive.read(name), "<f4").astype(float)
-    samples = values.reshape(-1, _NUMBERS)
-    if len(samples) < 50 or not np.isfinite(samples).all():
+        samples = np.frombuffer(archive.read(name), "<f4").astype(float).reshape(-1, _NUMBERS)
+    if len(samples) < _LEAST or not np.isfinite(samples).all():
         raise ValueError("too short, or not all are finite numbers")
     return samples
 
@@ -80,7 +75,7 @@ def authors_detector(file: Path) -> Detector:
         samples = recording.fingers[-1].reshape(len(recording.time), -1)
         smooth = savgol_filter(samples, 11, 3, axis=0)
         tangential = np.arange(smooth.shape[1]) % 3 != 2
-        moved = ((smooth - np.median(smooth[:50], axis=0)) / 100.0)[:, tangential]
+        moved = ((smooth - np.median(smooth[:_LEAST], axis=0)) / 100.0)[:, tangential]
         features = np.ptp(moved), abs(moved.sum()), moved.std(axis=0).sum()
         return np.array([float(weights @ features) + intercept])
 
@@ -94,4 +89,4 @@ def _floats(pickled: bytes) -> Iterator[float]:
     for code, value, _ in pickletools.genops(pickled):
         doubles = doubles or value == "f8"
         if doubles and code.name == "SHORT_BINBYTES":
-            yield from np.frombuffer(value, "<f8").tolist()
+            yield from np.frombuffer(bytes(value or b""), "<f8").tolist()

@@ -1,0 +1,120 @@
+"""The sets of recordings in a folder: found by their files, read, judged, and as a record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.base import Count, closed
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.trials.recorded import eflesh, pillars, uskin
+from fingerdesign.trials.recorded.detect import OURS, Detector, Score, score
+from fingerdesign.trials.recorded.friction import FrictionData, judge_friction
+from fingerdesign.trials.recorded.recording import Recording, read_csv, read_hdf5
+
+NAME, RECORD, PAGE = "recorded", "recorded.json", "recorded.html"
+FOLDER = RecordFolder("judgement of recordings", RECORD, (RECORD, PAGE))
+_POINTER = b"version https://git-lfs"  # Git LFS leaves it in the place of a large file.
+_Read = TypeVar("_Read")
+
+
+@closed
+@dataclass(frozen=True)
+class SetData:
+    """A set of recordings and the scores on it. slips: recordings whose object slips; unknown:
+    those of which that is not known, which count in no score; published: the authors' figure."""
+
+    name: str
+    source: str
+    published: str
+    recordings: Count
+    slips: Count
+    unknown: Count
+    scores: tuple[Score, ...]
+
+
+@closed
+@dataclass(frozen=True)
+class RecordedData:
+    """What the recordings of a folder show. absent: files that are only named there."""
+
+    folder: str
+    sets: tuple[SetData, ...]
+    friction: FrictionData | None
+    absent: tuple[str, ...]
+
+
+def judge_recorded(folder: Path) -> RecordedData:
+    """Judge all recordings in a folder and in those inside it.
+
+    Raises DesignError with the faults of every file, or where none has a known layout.
+    """
+    files = sorted(each for each in folder.rglob("*") if each.is_file())
+    absent = [str(each.relative_to(folder)) for each in files if _begins(each, _POINTER)]
+    files = [each for each in files if str(each.relative_to(folder)) not in absent]
+    errors: list[DesignError] = []
+    books = _read(pillars.read_pillars, (f for f in files if f.match(pillars.PATTERN)), errors)
+    sets = tuple(_sets(files, errors))
+    if errors:
+        raise DesignError.together(errors)
+    if not sets and not books:
+        remedy = "docs/how_to/recorded.md has the layouts"
+        remedy = f"fetch {absent[0]} and others by git lfs pull" if absent else remedy
+        bound = "a folder that holds recordings of a known layout"
+        raise DesignError([Fault("--recorded", str(folder), bound, remedy)])
+    friction = judge_friction(books[0]) if books else None
+    return RecordedData(str(folder), sets, friction, tuple(absent))
+
+
+def _sets(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]:
+    """The set of each layout that is there; faults of files are added to ``errors``."""
+    folders = [each.parent for each in files if each.name == "seq_0.pt"]
+    classifiers = [each for each in files if each.name == eflesh.CLASSIFIER]
+    tugs = [each for part in _read(eflesh.read_eflesh, folders, errors) for each in part]
+    theirs = _read(eflesh.authors_detector, classifiers[:1] if tugs else [], errors)
+    published = "95 % right on unseen objects (paper), 28 of 28 (notebook)"
+    yield from _judged("eFlesh", "notvenky/eFlesh, MIT", published, tugs, theirs)
+    folders = [each.parent for each in files if each.name == uskin.SENSORS[0]]
+    carried = _read(uskin.read_uskin, folders, errors)
+    source = "imanlab/tactile_prediction_flat_dataset, no licence"
+    yield from _judged("uSkin", source, "none: their labels are not there", carried)
+    plain = (each for each in files if each.suffix == ".csv" and _begins(each, b"time_s"))
+    own: list[Recording] = _read(read_csv, plain, errors)
+    hdf5 = (each for each in files if each.suffix in (".h5", ".hdf5"))
+    own += [each for part in _read(read_hdf5, hdf5, errors) for each in part]
+    yield from _judged("plain format", "CSV and HDF5", "none", own)
+
+
+def _judged(
+    name: str,
+    source: str,
+    published: str,
+    read: Sequence[Recording | None],
+    theirs: Sequence[Detector] = (),
+) -> Iterator[SetData]:
+    known = [each for each in read if each is not None]
+    if known:
+        counts = len(known), sum(each.slips for each in known), len(read) - len(known)
+        scores = tuple(score(detector, known) for detector in (*OURS, *theirs))
+        yield SetData(name, source, published, *counts, scores)
+
+
+def _read(
+    read: Callable[[Path], _Read], files: Iterable[Path], errors: list[DesignError]
+) -> list[_Read]:
+    """What is read of each file; the faults of the others are added to ``errors``."""
+    found = []
+    for each in files:
+        try:
+            found.append(read(each))
+        except DesignError as error:
+            errors.append(error)
+    return found
+
+
+def _begins(path: Path, content: bytes) -> bool:
+    with path.open("rb") as stream:
+        return stream.read(len(content)) == content
