@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.base import json_text, plain
+from fingerdesign.records.base import plain
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.registry import code_allowed
@@ -19,20 +19,7 @@ from fingerdesign.trials.grid import SEALED_SEED, ControlGrid, Perturbed, refuse
 from fingerdesign.trials.program import REFERENCE as PROGRAM
 from fingerdesign.trials.program import program
 from fingerdesign.trials.record import ControlStudy, TuningData
-from fingerdesign.trials.recorded.page import (
-    friction_table,
-    recorded_html,
-    slip_table,
-    verdicts,
-)
-from fingerdesign.trials.recorded.sets import FOLDER as RECORDINGS
-from fingerdesign.trials.recorded.sets import (
-    NAME,
-    PAGE,
-    RECORD,
-    RecordedData,
-    judge_recorded,
-)
+from fingerdesign.trials.recorded import page, sets
 from fingerdesign.trials.study import (
     FOLDER,
     StudyOptions,
@@ -140,7 +127,7 @@ def study(
         _refuse_axes("--recorded takes no other options", axes, hands, fidelity)
         if design_file is not None or held_out is not None or to is not None:
             raise click.UsageError("--recorded judges no design: leave out DESIGN and other work")
-        return _recorded(instead.recorded, out / NAME)
+        return _recorded(instead.recorded, out / sets.NAME)
     if design_file is None:
         raise click.UsageError("Missing argument 'DESIGN'.")
     with ExitStack() as stack:
@@ -168,34 +155,24 @@ def _refuse_axes(why: str, axes: Axes, hands: Hands, fidelity: str) -> None:
 
 
 def _recorded(folder: Path, target: Path) -> int:
-    if not folder.is_dir():
-        fault = Fault(
-            "--recorded", str(folder), "a folder of recordings", "docs/how_to/recorded.md"
-        )
-        raise DesignError([fault])
     began = perf_counter()
-    with recorded(RECORDINGS, target) as (place, show):
+    with recorded(sets.FOLDER, target) as (place, show):
         show("reading and judging recordings", 0.0)
-        data = judge_recorded(folder)
-        seconds = perf_counter() - began
-        (place / RECORD).write_text(json_text(data), encoding="utf-8")
-        (place / PAGE).write_text(recorded_html(data, seconds), encoding="utf-8")
-    say_result(lambda: plain(data), lambda: _show_recorded(data, seconds, target))
-    open_page(target / PAGE)
+        data = sets.judge_recorded(folder)
+        page.write_recorded(data, place, perf_counter() - began)
+    say_result(lambda: plain(data), lambda: _show_recorded(data, target / sets.PAGE))
+    open_page(target / sets.PAGE)
     return 0
 
 
-def _show_recorded(data: RecordedData, seconds: float, folder: Path) -> None:
-    tables = [slip_table(each) for each in data.sets]
-    tables += [friction_table(data.friction)] if data.friction is not None else []
-    for each in tables:
+def _show_recorded(data: sets.RecordedData, report: Path) -> None:
+    for each in page.tables(data):
         print_table(each.caption, each.columns, each.rows)
-    for found in verdicts(data):
-        words = ", ".join(each for each in (found.number, found.target, found.count) if each)
-        say_marked(found.sign, f"{found.name}: {words}")
+    for found in page.verdicts(data):
+        say_marked(found.sign, f"{found.name}: {found.number}, {found.target}, {found.count}")
     if data.absent:
         say_marked(SIGNS["warning"], f"{len(data.absent)} files are pointers: git lfs pull")
-    click.echo(f"{seconds:.0f} s; report: {folder / PAGE}")
+    click.echo(f"report: {report}")
 
 
 def _gripbench(target: Path, hands: Hands, workers: int, held_out: str | None) -> int:

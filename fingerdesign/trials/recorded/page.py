@@ -1,7 +1,9 @@
 """recorded.html: our detectors next to the authors', and the law of friction, for offline use."""
 
 from collections.abc import Iterator
+from pathlib import Path
 
+from fingerdesign.records.base import json_text
 from fingerdesign.records.statistics import Share
 from fingerdesign.records.verdict import Verdict, VerdictView
 from fingerdesign.report import style
@@ -9,43 +11,36 @@ from fingerdesign.report.page import Item, Page, Section, Text, caption_drawing,
 from fingerdesign.report.table import Table
 from fingerdesign.trials.figures import WORDS
 from fingerdesign.trials.recorded.detect import ANSWER_S, SPAN_S
-from fingerdesign.trials.recorded.friction import CONSTANT, Exponent, FrictionData
-from fingerdesign.trials.recorded.sets import RecordedData, SetData
+from fingerdesign.trials.recorded.friction import CONSTANT, FrictionData
+from fingerdesign.trials.recorded.sets import PAGE, RECORD, RecordedData, SetData
 
 NONE = "–"
 
 
-def recorded_html(data: RecordedData, seconds: float) -> str:
-    """The page of a judgement."""
+def write_recorded(data: RecordedData, folder: Path, seconds: float) -> None:
+    """The record and the page of a judgement into a folder."""
+    (folder / RECORD).write_text(json_text(data), encoding="utf-8")
     words = texts_of(WORDS)["recorded"]
     notes = [Text(words["protocol"].format(span=SPAN_S, answer=ANSWER_S), "quiet")]
-    if any(not each.ours for own in data.sets for each in own.scores):
-        notes.append(Text(words["eflesh"], "quiet"))
-    sections = [Section("slip", "Slip", [*map(slip_table, data.sets), *notes])] * bool(data.sets)
-    figures: list[Item] = []
-    with style.house_style():
-        if data.sets:
-            figures.append(_slip_figure(data.sets))
-        if data.friction is not None:
-            figures.append(_friction_figure(data.friction))
-            items = [*figures[1:], friction_table(data.friction), Text(words["friction"], "quiet")]
-            sections.append(Section("friction", "Friction by load", items))
+    theirs = any(not each.ours for own in data.sets for each in own.scores)
+    more = {"authors": theirs, "friction": data.friction is not None}
+    notes += [Text(words[name], "quiet") for name, there in more.items() if there]
     record: list[Item] = [Text(f"{each.name}: {each.source}.") for each in data.sets]
     if data.absent:
-        files = ", ".join(data.absent)
-        record.append(Text(words["absent"].format(files=files), "warnings"))
+        record.append(Text(words["absent"].format(files=", ".join(data.absent)), "warnings"))
     count = sum(each.recordings for each in data.sets)
-    return page_html(
-        Page(
-            title="Recordings of others",
-            heading="Judged on what others measured",
-            lead=f"{count} recordings · {data.folder} · {seconds:.0f} s",
-            sections=sections,
-            record=[*record, Text("Next to this file: recorded.json.", "quiet")],
-            first=figures[0],
-            view=VerdictView("recorded", "", seconds, tuple(verdicts(data))),
-        )
+    with style.house_style():
+        figure = _figure(data)
+    page = Page(
+        title="Recordings of others",
+        heading="Judged on what others measured",
+        lead=f"{count} recordings · {Path(data.folder).name} · {seconds:.0f} s",
+        sections=[Section("tables", "Detectors and laws", [*tables(data), *notes])],
+        record=[*record, Text("Next to this file: recorded.json.", "quiet")],
+        first=figure,
+        view=VerdictView("recorded", "", seconds, tuple(verdicts(data))),
     )
+    (folder / PAGE).write_text(page_html(page), encoding="utf-8")
 
 
 def verdicts(data: RecordedData) -> Iterator[Verdict]:
@@ -54,7 +49,7 @@ def verdicts(data: RecordedData) -> Iterator[Verdict]:
     for own in data.sets:
         first, theirs = own.scores[0], [each.rank for each in own.scores if not each.ours]
         if first.rank is None:
-            yield Verdict("note", own.name, "slip or rest is absent: nothing to rank")
+            yield Verdict("note", own.name, "nothing to rank", "slip and rest are needed")
             continue
         best = max((each for each in theirs if each is not None), default=None)
         target = "chance 0.50" if best is None else f"authors {best:.2f}"
@@ -66,47 +61,46 @@ def verdicts(data: RecordedData) -> Iterator[Verdict]:
     if (law := data.friction) is not None:
         for name, each in (("whole contact", law.whole), ("single pillars", law.single)):
             holds = each.low <= CONSTANT <= each.high
-            number = f"n = {_exponent(each)}"
+            number = f"n = {each.value:.2f} ({each.low:.2f} to {each.high:.2f})"
             count = f"{each.count} slips"
             yield Verdict("pass" if holds else "fail", name, number, "theory 0.33", count)
 
 
-def slip_table(own: SetData) -> Table:
-    """All detectors on a set."""
-    columns = ("detector", "by", "right, %", "found, %", "false, %", "early, %", "lead, s", "rank")
-    rows = tuple(
-        (
-            each.detector,
-            "us" if each.ours else "authors",
-            *map(_share, (each.right, each.found, each.false, each.early)),
-            NONE if each.lead_s is None else f"{each.lead_s:.2f}",
-            NONE if each.rank is None else f"{each.rank:.2f}",
-        )
-        for each in own.scores
+def tables(data: RecordedData) -> Iterator[Table]:
+    """All detectors on each set; forces at slip, measured and foretold."""
+    columns: tuple[str, ...]
+    columns = (
+        "detector",
+        "by",
+        "right, %",
+        "found, %",
+        "false, %",
+        "early, %",
+        "early by, s",
+        "rank",
     )
-    caption = f"{own.name}: {own.recordings} recordings, {own.slips} with slip"
-    caption += f", {own.unknown} more of which nobody knows" if own.unknown else ""
-    caption += f". Published by the authors: {own.published}"
-    return Table(own.name.replace(" ", "-"), caption, columns, rows, frozenset({0, 1}))
-
-
-def friction_table(law: FrictionData) -> Table:
-    """Forces at slip of each weight, measured and foretold."""
-    columns = ("both fingers, N", *(f"{each:.2f} N" for each in law.weights_N), "lifts right, %")
-    rows = [
-        ("slips slowly", *_forces(law.slow_N), NONE),
-        ("authors’ hand", *_forces(law.own_N), NONE),
-    ]
-    rows += [
-        (f"{each.law}, n = {each.n:.2f}", *_forces(each.slips_at_N), _share(each.right))
-        for each in law.foretold
-    ]
-    caption = f"Exponent n: whole contact {_exponent(law.whole)}, single pillars "
-    return Table("forces", caption + _exponent(law.single), columns, tuple(rows), frozenset({0}))
-
-
-def _exponent(law: Exponent) -> str:
-    return f"{law.value:.2f} ({law.low:.2f} to {law.high:.2f})"
+    for own in data.sets:
+        rows = tuple(
+            (
+                each.detector,
+                "us" if each.ours else "authors",
+                *map(_share, (each.right, each.found, each.false, each.early)),
+                *(NONE if v is None else f"{v:.2f}" for v in (each.lead_s, each.rank)),
+            )
+            for each in own.scores
+        )
+        caption = f"{own.name}: {own.recordings} recordings, {own.slips} with slip"
+        caption += f", {own.unknown} more without a label" if own.unknown else ""
+        caption += f". Published by the authors: {own.published}"
+        yield Table(own.name.replace(" ", "-"), caption, columns, rows, frozenset({0, 1}))
+    if (law := data.friction) is not None:
+        columns = ("weight, N", *(f"{each:.2f}" for each in law.weights_N), "lifts right, %")
+        forces = {"slips slowly": (law.slow_N, NONE), "authors’ hand": (law.own_N, NONE)}
+        for each in law.foretold:
+            forces[f"{each.law}, n = {each.n:.2f}"] = each.slips_at_N, _share(each.right)
+        rows = tuple((k, *(f"{f:.1f}" for f in own), end) for k, (own, end) in forces.items())
+        caption = "Force of both fingers at slip, N"
+        yield Table("forces", caption, columns, rows, frozenset({0}))
 
 
 def _share(share: Share | None) -> str:
@@ -121,59 +115,39 @@ def _ends(share: Share) -> tuple[float, float]:
     return share.low or 0.0, 1.0 if share.high is None else share.high
 
 
-def _slip_figure(sets: tuple[SetData, ...]) -> style.ReportFigure:
-    figure = style.canvas(7.2, 3.4)
-    every = style.small_multiples(
-        figure, len(sets), len(sets), "false alarms", "slip found", sharex=True, sharey=True
-    )
-    found = []
-    for axes, own in zip(every, sets, strict=True):
-        axes.set_title(own.name)
-        axes.plot([0, 1], [0, 1], color=style.MUTED, ls=":", lw=1.0)
-        for k, each in enumerate(own.scores):
-            x, y = each.false.rate, each.found.rate
-            if x is None or y is None:
-                continue
-            across, up = (
-                [[rate - _ends(share)[0]], [_ends(share)[1] - rate]]
-                for rate, share in ((x, each.false), (y, each.found))
-            )
-            colour, _, marker = style.SERIES[k]
-            face = colour if each.ours else style.PAPER
-            axes.errorbar(
-                [x],
-                [y],
-                up,
-                across,
-                color=colour,
-                marker=marker,
-                mfc=face,
-                ms=6,
-                lw=1.0,
-                ls="none",
-                label=each.detector,
-            )
-            found.append(f"{own.name}, {each.detector}: {y:.2f} found, {x:.2f} false.")
-    every[0].set_xlim(-0.03, 1.03)
-    every[0].set_ylim(-0.03, 1.05)
-    style.shared_legend(every, 2)
-    return caption_drawing(figure, WORDS, "recorded_slip", found=" ".join(found))
+def _figure(data: RecordedData) -> style.ReportFigure:
+    count = len(data.sets) + (data.friction is not None)
+    figure = style.canvas(2.4 * count, 3.3)
+    every = style.small_multiples(figure, count, count)
+    for axes, own in zip(every, data.sets, strict=False):
+        _draw_scores(axes, own)
+    if data.friction is not None:
+        _draw_forces(every[-1], data.friction)
+    style.shared_legend(every, 3)
+    found = " ".join(f"{each.name}: {each.number}, {each.target}." for each in verdicts(data))
+    return caption_drawing(figure, WORDS, "recorded_figure", "recorded", found=found)
 
 
-def _friction_figure(law: FrictionData) -> style.ReportFigure:
-    figure = style.canvas(7.2, 3.2)
-    axes = figure.subplots()
-    weights = list(law.weights_N)
-    for k, each in enumerate(law.foretold):
-        name = f"{each.law}, n = {each.n:.2f}"
-        style.series(axes, weights, each.slips_at_N, k, name, marker="")
-    axes.plot(weights, law.slow_N, **style.points(style.INK, "o", 6, "slips slowly"))
-    axes.plot(
-        weights, law.own_N, **style.points(style.INK, "o", 6, "authors’ hand", mfc=style.PAPER)
-    )
-    axes.set_xlabel("weight (N)")
-    axes.set_ylabel("force of both fingers (N)")
+def _draw_scores(axes: style.Axes, own: SetData) -> None:
+    axes.set(title=own.name, xlabel="false alarms", ylabel="slip found")
+    axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.05))
+    axes.plot([0, 1], [0, 1], color=style.MUTED, ls=":", lw=1.0)
+    for each, (colour, _, marker) in zip(own.scores, style.SERIES, strict=False):
+        x, y = each.false, each.found
+        if x.rate is None or y.rate is None:
+            continue
+        look = style.points(colour, marker, 6, each.detector, lw=1.0)
+        look |= {"mfc": colour if each.ours else style.PAPER}
+        for name, rate, (low, high) in (("xerr", x.rate, _ends(x)), ("yerr", y.rate, _ends(y))):
+            look[name] = [[rate - low], [high - rate]]
+        axes.errorbar([x.rate], [y.rate], **look)
+
+
+def _draw_forces(axes: style.Axes, law: FrictionData) -> None:
+    axes.set(title="friction", xlabel="weight (N)", ylabel="force at slip (N)")
+    for each, (colour, dashes, _) in zip(law.foretold, style.SERIES, strict=False):
+        axes.plot(law.weights_N, each.slips_at_N, color=colour, ls=dashes, label=each.law)
+    axes.plot(law.weights_N, law.slow_N, **style.points(style.INK, "o", 6, "slips slowly"))
+    hand = style.points(style.INK, "o", 6, "authors’ hand", mfc=style.PAPER)
+    axes.plot(law.weights_N, law.own_N, **hand)
     axes.set_ylim(bottom=0.0)
-    style.shared_legend([axes], 3)
-    found = f"The whole contact has n = {_exponent(law.whole)}."
-    return caption_drawing(figure, WORDS, "recorded_friction", found=found)

@@ -52,6 +52,9 @@ def judge_recorded(folder: Path) -> RecordedData:
 
     Raises DesignError with the faults of every file, or where none has a known layout.
     """
+    if not folder.is_dir():
+        remedy = "docs/how_to/recorded.md names the sets"
+        raise DesignError([Fault("--recorded", str(folder), "a folder of recordings", remedy)])
     files = sorted(each for each in folder.rglob("*") if each.is_file())
     absent = [str(each.relative_to(folder)) for each in files if _begins(each, _POINTER)]
     files = [each for each in files if str(each.relative_to(folder)) not in absent]
@@ -80,7 +83,7 @@ def _sets(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]
     folders = [each.parent for each in files if each.name == uskin.SENSORS[0]]
     carried = _read(uskin.read_uskin, folders, errors)
     source = "imanlab/tactile_prediction_flat_dataset, no licence"
-    yield from _judged("uSkin", source, "none: their labels are not there", carried)
+    yield from _judged("uSkin", source, "none with this label", carried)
     plain = (each for each in files if each.suffix == ".csv" and _begins(each, b"time_s"))
     own: list[Recording] = _read(read_csv, plain, errors)
     hdf5 = (each for each in files if each.suffix in (".h5", ".hdf5"))
