@@ -77,6 +77,16 @@ def test_known_slips_are_found_early_and_steady_pulls_are_not():
     assert (rival.found.rate, rival.false.rate) == (1.0, 1.0)
 
 
+def test_an_alarm_after_the_slip_finds_it_late():
+    each = as_recording()
+    late = detect.Detector("late", lambda e: (e.time > GROSS_S + 0.045).astype(float), 0.5, "")
+    found = detect.score(late, [each])
+    assert (found.found.rate, found.early.rate) == (1.0, 0.0)
+    assert found.lead_s == pytest.approx(-0.05)
+    after = detect.Detector("after", lambda e: (e.time > GROSS_S + 0.2).astype(float), 0.5, "")
+    assert detect.score(after, [each]).found.rate == 0.0
+
+
 def test_noise_alone_never_alarms():
     time, taxels, _ = recorded_pull()
     noise = np.random.default_rng(1).standard_normal(taxels.shape)
@@ -175,7 +185,7 @@ def test_hdf5_files_are_read_and_refused_as_csv_files_are(tmp_path):
     keys = [each.key for each in found.value.faults]
     assert keys == ["a[3], column z_2", "a[5], column slip", "b"]
     path.write_bytes(b"none")
-    with pytest.raises(DesignError, match="must be an HDF5 file"):
+    with pytest.raises(DesignError, match="must be an HDF5 file of numbers"):
         recording.read_hdf5(path)
 
 

@@ -80,10 +80,10 @@ def read_hdf5(path: Path) -> list[Recording]:
         with h5py.File(path, "r") as file:
             for group in [file] if _SETS[0] in file else list(file.values()):
                 name = group.name.strip("/") or path.stem
-                sets = [np.asarray(group[each], dtype=float) for each in _SETS if each in group]
-                k = len(sets[0]) if sets and sets[0].ndim else 0
+                there = [each for each in _SETS if isinstance(group, h5py.Group) and each in group]
+                sets = [np.asarray(group[each], dtype=float) for each in there]
                 shapes = [each.shape for each in sets]
-                n = shapes[1][1] if len(shapes) == 3 and len(shapes[1]) == 3 else 0
+                k, n = shapes[1][:2] if len(shapes) == 3 and len(shapes[1]) == 3 else (0, 0)
                 if n < 2 or shapes != [(k,), (k, n, 3), (k,)]:
                     bound = f"{', '.join(_SETS)} of (k,), (k, n, 3), (k,) with n at least 2"
                     faults.append(Fault(name, f"data sets of {shapes}", bound, "transpose them"))
@@ -91,8 +91,9 @@ def read_hdf5(path: Path) -> list[Recording]:
                 table = np.column_stack([sets[0], sets[1].reshape(k, -1), sets[2]])
                 faults += _faults(table, [f"{name}[{each}]" for each in range(k)], True)
                 found.append(_recording(name, table))
-    except OSError as error:
-        raise DesignError([Fault("recording", str(path), "an HDF5 file", str(error))]) from None
+    except (OSError, TypeError, ValueError) as error:
+        bound = "an HDF5 file of numbers"
+        raise DesignError([Fault("recording", str(path), bound, str(error))]) from None
     refuse_faults(faults, str(path))
     return found
 

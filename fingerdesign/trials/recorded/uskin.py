@@ -29,12 +29,12 @@ _LEAST, _AT_REST = 20, 8  # samples
 
 def read_uskin(folder: Path) -> Recording | None:
     """The recording of a folder, until the marker is lost; None where that is within _LEAST
-    samples, so that slip is not known. DesignError with the faults of a file."""
+    samples or it moves at rest: slip is not known. DesignError with the faults of a file."""
     fingers = [_table(folder / name, _TAXELS) for name in SENSORS]
     marker = _table(folder / "marker.csv", _MARKER)
     rate = _table(folder / "meta_data.csv", ["frequency_hz"], 1)[0, 0]
-    if not 1.0 <= rate <= 1e5:
-        fault = Fault("meta_data.csv: frequency_hz", rate, "1 to 100000", "fetch it again")
+    if not 20.0 <= rate <= 1e5:  # At rest there are four samples then.
+        fault = Fault("meta_data.csv: frequency_hz", rate, "20 to 100000", "fetch it again")
         refuse_faults([fault], str(folder))
     seen = (np.abs(marker) < _LOST).all(axis=1)
     count = int(np.argmin(np.append(seen, False)))
@@ -44,7 +44,8 @@ def read_uskin(folder: Path) -> Recording | None:
     away = 1e3 * np.linalg.norm(marker[:count] - np.median(marker[:_AT_REST], axis=0), axis=1)
     slip = 2 * np.maximum.accumulate(away > GROSS_MM).astype(np.int64)
     taxels = tuple(each[:count].reshape(count, -1, 3) for each in fingers)
-    return Recording(folder.name, np.arange(count) / rate, taxels, bool(slip.any()), slip)
+    found = Recording(folder.name, np.arange(count) / rate, taxels, bool(slip.any()), slip)
+    return None if slip[found.rest].any() else found
 
 
 def _table(path: Path, names: Sequence[str], least: int = 2) -> Array:
