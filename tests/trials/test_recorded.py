@@ -243,33 +243,45 @@ def test_the_authors_classifier_is_taken_from_its_pickle_without_running_it(tmp_
         eflesh.authors_detector(path)
 
 
-def uskin_folder(folder, slips=True):
-    """The layout of the uSkin set; the marker moves by 5 mm at GROSS_S."""
+LIFT_S = 0.5
+
+
+def uskin_folder(folder, slips=True, lifts=True):
+    """The layout of the uSkin set. The closing hand pushes the object by 8 mm; it lifts from LIFT_S
+    on, and the marker moves by 5 mm at GROSS_S."""
     folder.mkdir(parents=True)
     time, taxels, _ = recorded_pull(slips)
     names = [f"txl{k + 1}_{axis}" for k in range(16) for axis in "xyz"]
     counts = 4e4 + 1e3 * np.concatenate([taxels, taxels[:, :7]], axis=1).reshape(len(time), -1)
     place = np.zeros((len(time), 3))
     place[:, 1] = 0.005 * (time >= GROSS_S) * slips
+    place[:10, 0] = 0.008
     place[-20:] = 10.0
+    hand = np.zeros((len(time), 3))
+    hand[:, 2] = 0.11 * np.clip(time - LIFT_S, 0.0, None) * lifts
     files = dict.fromkeys(uskin.SENSORS, (names, counts))
     files["marker.csv"] = ([f"marker1_position_{axis}" for axis in "xyz"], place)
+    files["robot_state.csv"] = ([f"ee_state_position_{axis}" for axis in "xyz"], hand)
     files["meta_data.csv"] = (["frequency_hz"], np.array([[RATE]]))
     for name, (header, table) in files.items():
         rows = [",".join(map(str, row)) for row in table.tolist()]
         (folder / name).write_text("\n".join([",".join(header), *rows]), "utf-8")
 
 
-def test_uskin_slips_where_the_marker_moves_in_the_hand(tmp_path):
+def test_uskin_slips_where_the_marker_moves_in_the_hand_after_the_lift(tmp_path):
     uskin_folder(tmp_path / "a")
     found = uskin.read_uskin(tmp_path / "a")
-    assert found.onset == pytest.approx(GROSS_S)
-    assert found.fingers[0].shape == (480, 16, 3)  # the marker is lost at the end
+    begin = LIFT_S + 0.01 - 0.21
+    assert found.onset == pytest.approx(GROSS_S - begin)
+    # The marker is lost at the end.
+    assert found.fingers[0].shape == (480 - round(RATE * begin), 16, 3)
     uskin_folder(tmp_path / "b", slips=False)
     assert not uskin.read_uskin(tmp_path / "b").slips
     text = (tmp_path / "b" / "marker.csv").read_text("utf-8").replace("0.0,0.0,0.0", "10,10,10")
     (tmp_path / "b" / "marker.csv").write_text(text, "utf-8")
     assert uskin.read_uskin(tmp_path / "b") is None
+    uskin_folder(tmp_path / "c", lifts=False)
+    assert uskin.read_uskin(tmp_path / "c") is None
     (tmp_path / "a" / "meta_data.csv").write_text("rate\n5\n", "utf-8")
     with pytest.raises(DesignError, match="row 1 = frequency_hz"):
         uskin.read_uskin(tmp_path / "a")

@@ -8,8 +8,8 @@ over its largest so far. The lesser of the fingers counts.
 
 *Change of load.* A plain rival: the load's change within ANSWER_S over that floor.
 
-F_t / F_n, and the pull dF_t/dx of our reactive hand, can be had of no public set: its normal
-signals begin under load, and no move of the hand against the object is recorded.
+F_t / F_n, and the pull dF_t/dx of our reactive hand, can be had of no public set: signals are in
+counts or begin under load, and no move of the hand against the object is recorded.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ THRESHOLD = float(Grip.model_fields["threshold_share"].default)
 LEAST_STICK = float(RegulatorTable.least_stick)
 NOISES = 5.0  # Deviations of one taxel's noise: once in two million samples by chance.
 ANSWER_S = 0.1  # A person answers a slip in 0.07 to 0.1 s: so late an alarm still finds it.
-SPAN_S = 1.0  # of a window: all are equally long, else longer ones have more alarms
+# Of a window: longer ones would have more alarms. A slip sooner after the rest has a shorter one.
+SPAN_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,12 @@ _FALL = "alarm at the first fall of the area, the rule of Maeno et al. 2000"
 OURS = (
     Detector("stick share", slipping, 1.0 - LEAST_STICK, _UNDER),
     Detector("stick share, first fall", slipping, 0.0, _FALL),
-    Detector("change of load", change_of_load, 1.0, f"alarm over {NOISES:g} deviations"),
+    Detector(
+        "change of load",
+        change_of_load,
+        1.0,
+        f"alarm over {NOISES:g} deviations of the noise in {ANSWER_S:g} s",
+    ),
 )
 
 

@@ -79,7 +79,7 @@ def authors_detector(file: Path) -> Detector:
         features = np.ptp(moved), abs(moved.sum()), moved.std(axis=0).sum()
         return np.array([float(weights @ features) + intercept])
 
-    note = "their checkpoint, trained on these very recordings"
+    note = "alarm over 0; their checkpoint, trained on most of these recordings"
     return Detector("logistic regression", scores, 0.0, note, ours=False)
 
 

@@ -7,7 +7,16 @@ from fingerdesign.records.base import json_text
 from fingerdesign.records.statistics import Share
 from fingerdesign.records.verdict import Verdict, VerdictView
 from fingerdesign.report import style
-from fingerdesign.report.page import Item, Page, Section, Text, caption_drawing, page_html, texts_of
+from fingerdesign.report.page import (
+    Bullets,
+    Item,
+    Page,
+    Section,
+    Text,
+    caption_drawing,
+    page_html,
+    texts_of,
+)
 from fingerdesign.report.table import Table
 from fingerdesign.trials.figures import WORDS
 from fingerdesign.trials.recorded.detect import ANSWER_S, SPAN_S
@@ -21,7 +30,9 @@ def write_recorded(data: RecordedData, folder: Path, seconds: float) -> None:
     """The record and the page of a judgement into a folder."""
     (folder / RECORD).write_text(json_text(data), encoding="utf-8")
     words = texts_of(WORDS)["recorded"]
-    notes = [Text(words["protocol"].format(span=SPAN_S, answer=ANSWER_S), "quiet")]
+    rules = {each.detector: each.note for own in data.sets for each in own.scores}
+    notes: list[Item] = [Bullets([f"{name}: {note}" for name, note in rules.items()])]
+    notes.append(Text(words["protocol"].format(span=SPAN_S, answer=ANSWER_S), "quiet"))
     theirs = any(not each.ours for own in data.sets for each in own.scores)
     more = {"authors": theirs, "friction": data.friction is not None}
     notes += [Text(words[name], "quiet") for name, there in more.items() if there]

@@ -1,9 +1,11 @@
-"""uSkin: two fingers of 16 taxels that carry objects, and a camera that sees the object.
+"""uSkin: two fingers of 16 taxels that lift and carry objects; a camera sees the object.
 
 Of the public repository imanlab/tactile_prediction_flat_dataset (no licence: read it, do not hand
 it on): folders with xela_sensor1.csv and xela_sensor2.csv (txl1_x, ..., txl16_z in counts),
-marker.csv (the object's marker in the frame of a camera that the hand carries, m), meta_data.csv.
-The authors' labels of slip are not in it. Ours are from the marker.
+marker.csv (the object's marker in the frame of a camera that the hand carries, m), robot_state.csv
+(the hand's place, m) and meta_data.csv. A recording begins in front of the lift, when the hand has
+closed: before it the fingers push the object about. The authors' labels of slip are not there; ours
+are from the marker.
 """
 
 from __future__ import annotations
@@ -16,36 +18,48 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.control.trace import csv_lines, csv_numbers, csv_text_of, refuse_faults
 from fingerdesign.errors import Fault
-from fingerdesign.trials.recorded.recording import Recording
+from fingerdesign.trials.recorded.recording import REST_S, Recording
 
 SENSORS = ("xela_sensor1.csv", "xela_sensor2.csv")
 # The object that has moved so far in the hand slips: a soft skin shears by 1 mm at most.
 GROSS_MM = 2.0
+_LIFT_MM = 1.0  # The hand that has moved so far lifts: at rest it is still to 0.1 mm.
 _TAXELS = [f"txl{k + 1}_{axis}" for k in range(16) for axis in "xyz"]
 _MARKER = [f"marker1_position_{axis}" for axis in "xyz"]
+_HAND = [f"ee_state_position_{axis}" for axis in "xyz"]
 _LOST = 9.0  # m: where no marker is seen the authors wrote 10.
-_LEAST, _AT_REST = 20, 8  # samples
+_LEAST = 20  # samples
 
 
 def read_uskin(folder: Path) -> Recording | None:
-    """The recording of a folder, until the marker is lost; None where that is within _LEAST
-    samples or it moves at rest: slip is not known. DesignError with the faults of a file."""
+    """The recording of a folder, from REST_S before the lift until the marker is lost; None without
+    a lift or a marker, or of too few samples: slip is not known. DesignError with the faults of a
+    file."""
     fingers = [_table(folder / name, _TAXELS) for name in SENSORS]
-    marker = _table(folder / "marker.csv", _MARKER)
+    marker, hand = (
+        _table(folder / name, columns)
+        for name, columns in (("marker.csv", _MARKER), ("robot_state.csv", _HAND))
+    )
     rate = _table(folder / "meta_data.csv", ["frequency_hz"], 1)[0, 0]
     if not 20.0 <= rate <= 1e5:  # At rest there are four samples then.
         fault = Fault("meta_data.csv: frequency_hz", rate, "20 to 100000", "fetch it again")
         refuse_faults([fault], str(folder))
-    seen = (np.abs(marker) < _LOST).all(axis=1)
-    count = int(np.argmin(np.append(seen, False)))
-    count = min(count, *map(len, fingers))
+    rest = int(REST_S * rate)
+    lift = int(np.argmax(1e3 * np.linalg.norm(hand - hand[0], axis=1) > _LIFT_MM))
+    begin = lift - rest - 1
+    end = min(len(marker), *map(len, fingers))
+    if begin < 0 or end - begin < _LEAST:
+        return None
+    lost = np.abs(marker[begin:end]).max(axis=1) > _LOST
+    count = int(np.argmax(np.append(lost, True)))
     if count < _LEAST:
         return None
-    away = 1e3 * np.linalg.norm(marker[:count] - np.median(marker[:_AT_REST], axis=0), axis=1)
+    place = 1e3 * marker[begin : begin + count]
+    away = np.linalg.norm(place - np.median(place[:rest], axis=0), axis=1)
+    away[: rest + 1] = 0.0
     slip = 2 * np.maximum.accumulate(away > GROSS_MM).astype(np.int64)
-    taxels = tuple(each[:count].reshape(count, -1, 3) for each in fingers)
-    found = Recording(folder.name, np.arange(count) / rate, taxels, bool(slip.any()), slip)
-    return None if slip[found.rest].any() else found
+    taxels = tuple(each[begin : begin + count].reshape(count, -1, 3) for each in fingers)
+    return Recording(folder.name, np.arange(count) / rate, taxels, bool(slip.any()), slip)
 
 
 def _table(path: Path, names: Sequence[str], least: int = 2) -> Array:
