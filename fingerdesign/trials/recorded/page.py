@@ -19,6 +19,7 @@ from fingerdesign.report.page import (
 )
 from fingerdesign.report.table import Table
 from fingerdesign.trials.figures import WORDS
+from fingerdesign.trials.recorded import pillars
 from fingerdesign.trials.recorded.detect import ANSWER_S, SPAN_S
 from fingerdesign.trials.recorded.friction import CONSTANT, FrictionData
 from fingerdesign.trials.recorded.sets import PAGE, RECORD, RecordedData, SetData
@@ -36,7 +37,9 @@ def write_recorded(data: RecordedData, folder: Path, seconds: float) -> None:
     theirs = any(not each.ours for own in data.sets for each in own.scores)
     more = {"authors": theirs, "friction": data.friction is not None}
     notes += [Text(words[name], "quiet") for name, there in more.items() if there]
-    record: list[Item] = [Text(f"{each.name}: {each.source}.") for each in data.sets]
+    sources = {each.name: each.source for each in data.sets}
+    sources |= {"friction": pillars.SOURCE} if data.friction is not None else {}
+    record: list[Item] = [Text(f"{name}: {source}.") for name, source in sources.items()]
     if data.absent:
         record.append(Text(words["absent"].format(files=", ".join(data.absent)), "warnings"))
     count = sum(each.recordings for each in data.sets)

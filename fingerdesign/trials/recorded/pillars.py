@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 
 from fingerdesign.errors import DesignError, Fault
 
+SOURCE = "robertburk/ME_THESIS_ROBERT_BURKE, no licence"
 PATTERN = "EXPERIMENTAL_DATA_*.xlsx"
 _SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 _MOST_BYTES = 50_000_000  # of one part, unpacked; the author's have 0.4 MB
@@ -28,7 +29,7 @@ _LADDER = [*"OPQRSTUVWXYZ", "AA", "AB", "AC"]  # columns of rising forces
 
 class Lift(NamedTuple):
     """A lift: weight, and force of both fingers together, N; outcome: held, slipped slowly or
-    failed; own: of the thesis's own hand."""
+    failed."""
 
     weight: float
     force: float

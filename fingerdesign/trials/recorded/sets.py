@@ -18,6 +18,7 @@ from fingerdesign.trials.recorded.recording import Recording, read_csv, read_hdf
 NAME, RECORD, PAGE = "recorded", "recorded.json", "recorded.html"
 FOLDER = RecordFolder("judgement of recordings", RECORD, (RECORD, PAGE))
 _POINTER = b"version https://git-lfs"  # Git LFS leaves it in the place of a large file.
+_SUFFIXES = (".csv", ".h5", ".hdf5", ".pkl", ".pt", ".xlsx")
 _Read = TypeVar("_Read")
 
 
@@ -55,7 +56,7 @@ def judge_recorded(folder: Path) -> RecordedData:
     if not folder.is_dir():
         remedy = "docs/how_to/recorded.md names the sets"
         raise DesignError([Fault("--recorded", str(folder), "a folder of recordings", remedy)])
-    files = sorted(each for each in folder.rglob("*") if each.is_file())
+    files = sorted(f for f in folder.rglob("*") if f.suffix in _SUFFIXES and f.is_file())
     absent = [str(each.relative_to(folder)) for each in files if _begins(each, _POINTER)]
     files = [each for each in files if str(each.relative_to(folder)) not in absent]
     errors: list[DesignError] = []
@@ -119,5 +120,9 @@ def _read(
 
 
 def _begins(path: Path, content: bytes) -> bool:
-    with path.open("rb") as stream:
-        return stream.read(len(content)) == content
+    try:
+        with path.open("rb") as stream:
+            return stream.read(len(content)) == content
+    except OSError as error:
+        fault = Fault("recording", str(path), "a readable file", error.strerror or "open it")
+        raise DesignError([fault]) from None
