@@ -246,6 +246,16 @@ def test_the_authors_classifier_is_taken_from_its_pickle_without_running_it(tmp_
 LIFT_S = 0.5
 
 
+def test_the_authors_test_is_a_fifth_of_the_set_and_always_the_same():
+    every = [as_recording(str(k)) for k in range(10)] * 13 + [
+        as_recording(str(k)) for k in range(7)
+    ]
+    first, second = (eflesh.authors_test(every) for _ in range(2))
+    assert len(every) == eflesh.ALL
+    assert len(first) == 28
+    assert [id(each) for each in first] == [id(each) for each in second]
+
+
 def uskin_folder(folder, slips=True, lifts=True):
     """The layout of the uSkin set. The closing hand pushes the object by 8 mm; it lifts from LIFT_S
     on, and the marker moves by 5 mm at GROSS_S."""

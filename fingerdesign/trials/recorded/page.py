@@ -42,13 +42,12 @@ def write_recorded(data: RecordedData, folder: Path, seconds: float) -> None:
     record: list[Item] = [Text(f"{name}: {source}.") for name, source in sources.items()]
     if data.absent:
         record.append(Text(words["absent"].format(files=", ".join(data.absent)), "warnings"))
-    count = sum(each.recordings for each in data.sets)
     with style.house_style():
         figure = _figure(data)
     page = Page(
         title="Recordings of others",
         heading="Judged on what others measured",
-        lead=f"{count} recordings · {Path(data.folder).name} · {seconds:.0f} s",
+        lead=f"{Path(data.folder).name} · {seconds:.0f} s",
         sections=[Section("tables", "Detectors and laws", [*tables(data), *notes])],
         record=[*record, Text("Next to this file: recorded.json.", "quiet")],
         first=figure,
@@ -106,7 +105,9 @@ def tables(data: RecordedData) -> Iterator[Table]:
         caption = f"{own.name}: {own.recordings} recordings, {own.slips} with slip"
         caption += f", {own.unknown} more without a label" if own.unknown else ""
         caption += f". Published by the authors: {own.published}"
-        yield Table(own.name.replace(" ", "-"), caption, columns, rows, frozenset({0, 1}))
+        yield Table(
+            own.name.replace(" ", "-").replace(",", ""), caption, columns, rows, frozenset({0, 1})
+        )
     if (law := data.friction) is not None:
         columns = ("weight, N", *(f"{each:.2f}" for each in law.weights_N), "lifts right, %")
         forces = {"slips slowly": (law.slow_N, NONE), "authors’ hand": (law.own_N, NONE)}
@@ -131,8 +132,10 @@ def _ends(share: Share) -> tuple[float, float]:
 
 def _figure(data: RecordedData) -> style.ReportFigure:
     count = len(data.sets) + (data.friction is not None)
-    figure = style.canvas(2.4 * count, 3.3)
-    every = style.small_multiples(figure, count, count)
+    columns = 2 if count == 4 else min(count, 3)
+    rows = -(-count // columns)
+    figure = style.canvas(3.0 * columns, 2.2 * rows + 0.9)
+    every = style.small_multiples(figure, count, columns)
     for axes, own in zip(every, data.sets, strict=False):
         _draw_scores(axes, own)
     if data.friction is not None:

@@ -79,8 +79,10 @@ def _sets(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]
     classifiers = [each for each in files if each.name == eflesh.CLASSIFIER]
     tugs = [each for part in _read(eflesh.read_eflesh, folders, errors) for each in part]
     theirs = _read(eflesh.authors_detector, classifiers[:1] if tugs else [], errors)
-    published = "95 % right on unseen objects (paper), 28 of 28 (notebook)"
-    yield from _judged("eFlesh", "notvenky/eFlesh, MIT", published, tugs, theirs)
+    source = "notvenky/eFlesh, MIT"
+    yield from _judged("eFlesh", source, "95 % right on unseen objects (paper)", tugs, theirs)
+    test = eflesh.authors_test(tugs) if theirs and len(tugs) == eflesh.ALL else []
+    yield from _judged("eFlesh, test", source, "28 of 28 right (notebook)", test, theirs)
     folders = [each.parent for each in files if each.name == uskin.SENSORS[0]]
     carried = _read(uskin.read_uskin, folders, errors)
     source = "imanlab/tactile_prediction_flat_dataset, no licence"
