@@ -19,6 +19,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.control.trace import csv_text_of, refuse_faults
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.trials.recorded.detect import Detector
+from fingerdesign.trials.recorded.pillars import ZIP_ERRORS
 from fingerdesign.trials.recorded.recording import Recording
 
 CLASSIFIER, ALL = "eflesh_linear.pkl", 137  # its file, and the recordings of the whole set
@@ -36,7 +37,7 @@ def read_eflesh(folder: Path) -> list[Recording]:
             faults.append(Fault(f"labels, line {k + 1}", label, "0 or 1", "fetch it again"))
         try:
             samples = _samples(path)
-        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        except ZIP_ERRORS as error:
             bound = f"a tensor of at least {_LEAST} rows of {_NUMBERS} numbers"
             faults.append(Fault("sequence", str(path), bound, f"fetch it again ({error})"))
             continue

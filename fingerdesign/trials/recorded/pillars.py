@@ -9,6 +9,7 @@ the forces of single pillars as they slip. The file is a zip archive of XML.
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,8 @@ from xml.etree import ElementTree
 from fingerdesign.errors import DesignError, Fault
 
 SOURCE = "robertburk/ME_THESIS_ROBERT_BURKE, no licence"
+# What a damaged archive, or one of other content, raises.
+ZIP_ERRORS = (OSError, LookupError, ValueError, RuntimeError, zlib.error, zipfile.BadZipFile)
 PATTERN = "EXPERIMENTAL_DATA_*.xlsx"
 _SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 _MOST_BYTES = 50_000_000  # of one part, unpacked; the author's have 0.4 MB
@@ -67,7 +70,7 @@ def read_pillars(path: Path) -> PillarData:
         if len({each.weight for each in lifts if each.outcome == "slipped slowly"}) < 3:
             raise ValueError("fewer than three weights slip slowly")
         return data
-    except (OSError, KeyError, ValueError, ElementTree.ParseError, zipfile.BadZipFile) as error:
+    except (*ZIP_ERRORS, ElementTree.ParseError) as error:
         fault = Fault("recording", str(path), "the thesis's workbook", f"fetch it again ({error})")
         raise DesignError([fault]) from None
 
