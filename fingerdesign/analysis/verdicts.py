@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
+from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.stock import sheets_of
 from fingerdesign.materials import MATERIALS
 from fingerdesign.records.result import (
@@ -238,6 +239,14 @@ def _share_fixes(result: Result) -> Iterator[Fix]:
 
 def _lift_fixes(result: Result) -> Iterator[Fix]:
     failing = [each for each in result.grips if not lifts(each)]
+    slow = [each for each in failing if each.outcome == "steps" and _pulls(each)]
+    if slow:  # Both forces still rise: the time is short, not the controller wrong.
+        late = max(slow, key=_steps_needed)
+        at = f"lifts at μ {late.friction_coefficient:g}"
+        yield Fix(f"grip.max_steps = {_steps_needed(late)}", at, "forces that rise on")
+        failing = [each for each in failing if each not in slow]
+    if not failing:
+        return
     needed, grip = max(((_firm_hold(each), each) for each in failing), key=lambda pair: pair[0])
     brings = f"lifts at μ {grip.friction_coefficient:g}"
     yield Fix('grip.controller = "fixed_force"', brings, "Coulomb")
@@ -251,6 +260,17 @@ def _lift_fixes(result: Result) -> Iterator[Fix]:
     light = grip.object_mass_g * grip.peak_normal_force_N / needed  # The force reached holds it.
     if light < grip.object_mass_g and (change := _masses(result.grips, heaviest=light)):
         yield Fix(change, brings, "Coulomb")
+
+
+def _pulls(grip: GripResult) -> bool:
+    """True if the hand pulls with a fifth of the weight or more as its steps end."""
+    return grip.final_tangential_force_N > 0.2 * weight_per_finger(grip.object_mass_g)
+
+
+def _steps_needed(grip: GripResult) -> int:
+    """Steps to the lift where F_t rises on as it did, with a fifth more."""
+    pulled = grip.final_tangential_force_N / weight_per_finger(grip.object_mass_g)
+    return math.ceil(1.2 * grip.steps / pulled)
 
 
 def _masses(grips: Sequence[GripResult], lightest: float = 0.0, heaviest: float = math.inf) -> str:

@@ -30,6 +30,18 @@ def test_a_lift_with_little_margin_warns_and_one_that_slips_fails(result):
     assert view.summary.endswith("fail")
 
 
+def test_a_lift_that_needs_more_steps_gets_them_and_no_other_controller(result):
+    halfway = replace(result.grips[0], outcome="steps", lifted=False, safety_margin=None)
+    halfway = replace(halfway, steps=200, object_mass_g=200.0, final_tangential_force_N=0.4903)
+    view = verdict_view(replace(result, grips=(halfway,), measurability=None))
+    changes = [each.change for each in view.fixes]
+    assert "grip.max_steps = 481" in changes  # twice as many, and a fifth more
+    assert not [each for each in changes if "fixed_force" in each]
+    still = replace(halfway, final_tangential_force_N=0.0)
+    view = verdict_view(replace(result, grips=(still,), measurability=None))
+    assert [each for each in view.fixes if "fixed_force" in each.change]
+
+
 def test_a_fix_names_a_material_that_exists_and_reaches_the_target(result):
     remedy = GageRemedy("materials.phosphor_bronze.youngs_modulus_MPa", 135e3, 12e3, 11.0, True)
     view = verdict_view(replace(result, grips=(), measurability=seeing(1.0, remedy)))
