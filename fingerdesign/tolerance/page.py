@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from fingerdesign.analysis.verdicts import two_digits
 from fingerdesign.records.verdict import Verdict, VerdictView
 from fingerdesign.report import style
 from fingerdesign.report.page import Page, Section, Text, caption_drawing, page_html
@@ -38,7 +39,9 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
     """Names and numbers of a row: as designed, spread as made, once calibrated."""
 
     def words(value: float, pair: tuple[float, float], unit: str) -> str:
-        return f"{value:.3g}{unit} ± {pair[0]:.2g} as made, ± {pair[1]:.2g} calibrated"
+        return (
+            f"{value:.3g}{unit} ± {two_digits(pair[0])} as made, ± {two_digits(pair[1])} calibrated"
+        )
 
     pairs = [
         ("F_n", words(row.normal_force_N, row.normal_force_std_N, " N")),
@@ -57,7 +60,7 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
 def _yields(found: ToleranceData) -> list[tuple[str, str]]:
     """Yields in words: by motion alone, and of real models where there are any."""
     made, known = (
-        f"{100 * share:.0f} % (± {100 * std:.2g} %)"
+        f"{100 * share:.0f} % (± {two_digits(100 * std)} %)"
         for share, std in zip(found.yield_by_motion, found.margin_std, strict=True)
     )
     yields = [("yield by motion", f"margin 1.1 to 1.5 in {made}; calibrated {known}")]
@@ -72,7 +75,7 @@ def _yields(found: ToleranceData) -> list[tuple[str, str]]:
 def _source(source: SourceData) -> str:
     """A cause in words: "plates in height, ± 0.05 mm: 61 % of reading variance"."""
     return (
-        f"{source.words}, ± {source.tolerance:.2g} {source.unit}: "
+        f"{source.words}, ± {two_digits(source.tolerance)} {source.unit}: "
         f"{100 * source.share:.0f} % of reading variance"
     )
 
