@@ -123,11 +123,11 @@ def study(
     """Judge controllers on DESIGN over friction, weight and noise, on perturbed fingers, or our
     detectors on recordings."""
     held_out, to = instead.held_out, instead.to
-    if instead.recorded is not None:
+    if (folder := instead.recorded) is not None:
         _refuse_axes("--recorded takes no other options", axes, hands, fidelity)
-        if design_file is not None or held_out is not None or to is not None:
+        if {design_file, held_out, to} != {None}:
             raise click.UsageError("--recorded judges no design: leave out DESIGN and other work")
-        return _recorded(instead.recorded, out / sets.NAME)
+        return _recorded(folder, out / sets.NAME)
     if design_file is None:
         raise click.UsageError("Missing argument 'DESIGN'.")
     with ExitStack() as stack:

@@ -244,9 +244,12 @@ def _lift_fixes(result: Result) -> Iterator[Fix]:
         late = max(slow, key=_steps_needed)
         at = f"lifts at μ {late.friction_coefficient:g}"
         yield Fix(f"grip.max_steps = {_steps_needed(late)}", at, "forces that rise on")
-        failing = [each for each in failing if each not in slow]
-    if not failing:
-        return
+    if other := [each for each in failing if each not in slow]:
+        yield from _hold_fixes(result, other)
+
+
+def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
+    """A firm hold by one force, as deep as it needs; or less mass."""
     needed, grip = max(((_firm_hold(each), each) for each in failing), key=lambda pair: pair[0])
     brings = f"lifts at μ {grip.friction_coefficient:g}"
     yield Fix('grip.controller = "fixed_force"', brings, "Coulomb")

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -140,16 +141,9 @@ def score(detector: Detector, recordings: Sequence[Recording]) -> Score:
     """The score of a detector on recordings; windows of one recording are a cluster."""
     found = [w for k, each in enumerate(recordings) for w in _windows(detector, k, each)]
     slip, none = ([w for w in found if w.slips == wanted] for wanted in (True, False))
-
-    def share(windows: Sequence[_Window], count: Callable[[_Window], bool]) -> Share:
-        own = [[w for w in windows if w.recording == k] for k in range(len(recordings))]
-        return clustered_share([sum(map(count, each)) for each in own], map(len, own))
-
+    share = partial(_share_of, len(recordings))
     timed = any(each.slip is not None for each in recordings)
     leads = [w.lead for w in slip if timed and w.alarm]
-    above, below = np.array([w.most for w in slip])[:, None], np.array([w.most for w in none])
-    # Mann and Whitney's statistic over its largest.
-    rank = np.mean((above > below) + 0.5 * (above == below)) if slip and none else None
     return Score(
         detector.name,
         detector.ours,
@@ -159,8 +153,24 @@ def score(detector: Detector, recordings: Sequence[Recording]) -> Score:
         share(none, lambda w: w.alarm),
         share(slip, lambda w: w.lead > 0.0) if timed else None,
         float(np.median(leads)) if leads else None,
-        None if rank is None else float(rank),
+        _rank(slip, none),
     )
+
+
+def _share_of(
+    recordings: int, windows: Sequence[_Window], count: Callable[[_Window], bool]
+) -> Share:
+    """The share of windows that count; those of one recording are a cluster."""
+    own = [[w for w in windows if w.recording == k] for k in range(recordings)]
+    return clustered_share([sum(map(count, each)) for each in own], map(len, own))
+
+
+def _rank(slip: Sequence[_Window], none: Sequence[_Window]) -> float | None:
+    """Mann and Whitney's statistic over its largest; None where one kind is missing."""
+    if not (slip and none):
+        return None
+    above, below = np.array([w.most for w in slip])[:, None], np.array([w.most for w in none])
+    return float(np.mean((above > below) + 0.5 * (above == below)))
 
 
 def _windows(detector: Detector, number: int, recording: Recording) -> Iterator[_Window]:

@@ -59,24 +59,25 @@ def write_recorded(data: RecordedData, folder: Path, seconds: float) -> None:
 def verdicts(data: RecordedData) -> Iterator[Verdict]:
     """Of each set: whether our stick share ranks slip as well as the authors' detector, or better
     than chance where there is none; and the exponents of friction."""
-    for own in data.sets:
-        first, theirs = own.scores[0], [each.rank for each in own.scores if not each.ours]
-        if first.rank is None:
-            yield Verdict("note", own.name, "nothing to rank", "slip and rest are needed")
-            continue
-        best = max((each for each in theirs if each is not None), default=None)
-        target = "chance 0.50" if best is None else f"authors {best:.2f}"
-        apart = _ends(first.found)[0] > _ends(first.false)[1]
-        reached = apart if best is None else first.rank >= best
-        count = f"{own.recordings} recordings"
-        number = f"stick share ranks {first.rank:.2f}"
-        yield Verdict("pass" if reached else "fail", own.name, number, target, count)
+    yield from map(_ranked, data.sets)
     if (law := data.friction) is not None:
         for name, each in (("whole contact", law.whole), ("single pillars", law.single)):
             holds = each.low <= CONSTANT <= each.high
             number = f"n = {each.value:.2f} ({each.low:.2f} to {each.high:.2f})"
             count = f"{each.count} slips"
             yield Verdict("pass" if holds else "fail", name, number, "theory 0.33", count)
+
+
+def _ranked(own: SetData) -> Verdict:
+    first, theirs = own.scores[0], [each.rank for each in own.scores if not each.ours]
+    if first.rank is None:
+        return Verdict("note", own.name, "nothing to rank", "slip and rest are needed")
+    best = max((each for each in theirs if each is not None), default=None)
+    target = "chance 0.50" if best is None else f"authors {best:.2f}"
+    apart = _ends(first.found)[0] > _ends(first.false)[1]
+    reached = apart if best is None else first.rank >= best
+    number, count = f"stick share ranks {first.rank:.2f}", f"{own.recordings} recordings"
+    return Verdict("pass" if reached else "fail", own.name, number, target, count)
 
 
 def tables(data: RecordedData) -> Iterator[Table]:

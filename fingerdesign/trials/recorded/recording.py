@@ -80,22 +80,29 @@ def read_hdf5(path: Path) -> list[Recording]:
         with h5py.File(path, "r") as file:
             for group in [file] if _SETS[0] in file else list(file.values()):
                 name = group.name.strip("/") or path.stem
-                there = [each for each in _SETS if isinstance(group, h5py.Group) and each in group]
-                sets = [np.asarray(group[each], dtype=float) for each in there]
-                shapes = [each.shape for each in sets]
-                k, n = shapes[1][:2] if len(shapes) == 3 and len(shapes[1]) == 3 else (0, 0)
-                if n < 2 or shapes != [(k,), (k, n, 3), (k,)]:
-                    bound = f"{', '.join(_SETS)} of (k,), (k, n, 3), (k,) with n at least 2"
-                    faults.append(Fault(name, f"data sets of {shapes}", bound, "transpose them"))
-                    continue
-                table = np.column_stack([sets[0], sets[1].reshape(k, -1), sets[2]])
-                faults += _faults(table, [f"{name}[{each}]" for each in range(k)], True)
-                found.append(_recording(name, table))
+                named = isinstance(group, h5py.Group)
+                there = [np.asarray(group[e], dtype=float) for e in _SETS if named and e in group]
+                table = _table(name, there, faults)
+                rows = [f"{name}[{each}]" for each in range(len(table))]
+                if rows:
+                    faults += _faults(table, rows, True)
+                    found.append(_recording(name, table))
     except (OSError, TypeError, ValueError) as error:
         bound = "an HDF5 file of numbers"
         raise DesignError([Fault("recording", str(path), bound, str(error))]) from None
     refuse_faults(faults, str(path))
     return found
+
+
+def _table(name: str, sets: Sequence[Array], faults: list[Fault]) -> Array:
+    """The rows of a CSV file of one group's data sets; none, and a fault, for other shapes."""
+    shapes = [each.shape for each in sets]
+    k, n = shapes[1][:2] if len(shapes) == 3 and len(shapes[1]) == 3 else (0, 0)
+    if n >= 2 and shapes == [(k,), (k, n, 3), (k,)]:
+        return np.column_stack([sets[0], sets[1].reshape(k, -1), sets[2]])
+    bound = f"{', '.join(_SETS)} of (k,), (k, n, 3), (k,) with n at least 2"
+    faults.append(Fault(name, f"data sets of {shapes}", bound, "transpose them"))
+    return np.empty((0, 0))
 
 
 def _columns(taxels: int) -> list[str]:

@@ -56,12 +56,10 @@ def judge_recorded(folder: Path) -> RecordedData:
     if not folder.is_dir():
         remedy = "docs/how_to/recorded.md names the sets"
         raise DesignError([Fault("--recorded", str(folder), "a folder of recordings", remedy)])
-    files = sorted(f for f in folder.rglob("*") if f.suffix in _SUFFIXES and f.is_file())
-    absent = [str(each.relative_to(folder)) for each in files if _begins(each, _POINTER)]
-    files = [each for each in files if str(each.relative_to(folder)) not in absent]
+    files, absent = _files(folder)
     errors: list[DesignError] = []
     books = _read(pillars.read_pillars, (f for f in files if f.match(pillars.PATTERN)), errors)
-    sets = tuple(_sets(files, errors))
+    sets = (*_eflesh(files, errors), *_uskin(files, errors), *_plain(files, errors))
     if errors:
         raise DesignError.together(errors)
     if not sets and not books:
@@ -70,11 +68,19 @@ def judge_recorded(folder: Path) -> RecordedData:
         bound = "a folder that holds recordings of a known layout"
         raise DesignError([Fault("--recorded", str(folder), bound, remedy)])
     friction = judge_friction(books[0]) if books else None
-    return RecordedData(str(folder), sets, friction, tuple(absent))
+    return RecordedData(str(folder), sets, friction, absent)
 
 
-def _sets(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]:
-    """The set of each layout that is there; faults of files are added to ``errors``."""
+def _files(folder: Path) -> tuple[list[Path], tuple[str, ...]]:
+    """The files that may hold recordings, and the names of those that are only pointers."""
+    files = sorted(f for f in folder.rglob("*") if f.suffix in _SUFFIXES and f.is_file())
+    pointers = [each for each in files if _begins(each, _POINTER)]
+    names = tuple(str(each.relative_to(folder)) for each in pointers)
+    return [each for each in files if each not in pointers], names
+
+
+def _eflesh(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]:
+    """The set where its files are; faults of files are added to ``errors``, here and below."""
     folders = [each.parent for each in files if each.name == "seq_0.pt"]
     classifiers = [each for each in files if each.name == eflesh.CLASSIFIER]
     tugs = [each for part in _read(eflesh.read_eflesh, folders, errors) for each in part]
@@ -83,10 +89,17 @@ def _sets(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]
     yield from _judged("eFlesh", source, "95 % right on unseen objects (paper)", tugs, theirs)
     test = eflesh.authors_test(tugs) if theirs and len(tugs) == eflesh.ALL else []
     yield from _judged("eFlesh, test", source, "28 of 28 right (notebook)", test, theirs)
+
+
+def _uskin(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]:
     folders = [each.parent for each in files if each.name == uskin.SENSORS[0]]
     carried = _read(uskin.read_uskin, folders, errors)
     source = "imanlab/tactile_prediction_flat_dataset, no licence"
     yield from _judged("uSkin", source, "none with this label", carried)
+
+
+def _plain(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]:
+    """Recordings in the plain format, all as one set."""
     plain = (each for each in files if each.suffix == ".csv" and _begins(each, b"time_s"))
     own: list[Recording] = _read(read_csv, plain, errors)
     hdf5 = (each for each in files if each.suffix in (".h5", ".hdf5"))
