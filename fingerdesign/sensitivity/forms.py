@@ -100,12 +100,18 @@ def _pressure_numbers(body: Body) -> IntArray:
 
 
 def _parts(body: Body, active: Sequence[BoolArray], count: int) -> Iterator["_Part"]:
-    """The cells that any change changes, as many at a time as memory has for ``count`` fields."""
+    """The cells that any change changes, as many at a time as memory has for ``count`` fields.
+
+    By their places along x: most changes are of one plate, and its cells are then in few parts.
+    """
     kind = body.mesh.kind
     points = quadrature(kind, strain_order(kind))[1].size
     size = max(1, _ENTRIES // (points * body.mesh.dimension**2 * max(count, 1)))
     numbers = _pressure_numbers(body)
     some = np.flatnonzero(np.any(active, axis=0)) if len(active) else np.empty(0, dtype=np.int64)
+    some = some[
+        np.argsort(body.mesh.points[body.mesh.corners[some], 0].mean(axis=1), kind="stable")
+    ]
     for start in range(0, len(some), size):
         yield _Part.of(body, some[start : start + size], numbers)
 
@@ -163,18 +169,19 @@ class _Part:
     def rates(self, change: Change) -> tuple[Array, Array]:
         """Matrices (c, q, d d, d d + 1) and (c, q, 1, d d + 1), with the points' weights: S and r
         of the module's equations are they times gradient and pressure."""
-        (points, dim), first, law = self.shape, self.first[:, None], self.law[:, None]
+        (points, dim), first, law = self.shape, self.first[:, None], self.law
         one, count = np.eye(dim), len(self.cells)
         stress = np.zeros((count, points, dim**2, dim**2 + 1))
         rate = np.zeros((count, points, 1, dim**2 + 1))
         if change.velocity is not None:
             flow = self.gradients(change.velocity[:, :, None])[..., 0]  # (c, q, j, i)
             growth = np.einsum("cqii->cq", flow)
-            square = (*growth.shape, dim**2, dim**2)
-            still = -np.einsum("cqlj,ik->cqjilk", flow, one).reshape(square)
+            still = -np.einsum("cqlj,ik->cqjilk", flow, one).reshape(count, points, dim**2, -1)
             still += growth[:, :, None, None] * np.eye(dim**2)
-            turn = np.einsum("cqjl,ik->cqjilk", flow, one).reshape(square)
-            stress[..., :-1] = still @ law - law @ turn
+            turn = np.einsum("cqjl,ik->cjiqlk", flow, one).reshape(count, dim**2, -1)
+            # One product a cell, not one a point.
+            stress[..., :-1] = (still.reshape(count, -1, dim**2) @ law).reshape(still.shape)
+            stress[..., :-1] -= (law @ turn).reshape(count, dim**2, points, -1).swapaxes(1, 2)
             stress[..., -1] = -still @ one.ravel()
             rate[..., 0, :-1] = growth[:, :, None] * one.ravel()
             rate[..., 0, :-1] -= flow.swapaxes(2, 3).reshape(*growth.shape, -1)
@@ -184,7 +191,9 @@ class _Part:
             stress[..., :-1] += _law(np.where(self.mixed, 0.0, rise), shear, dim)[:, None]
             rate[..., 0, -1] -= rise[:, None] / first**2
         weights = self.weights[:, :, None, None]
-        return stress * weights, rate * weights
+        stress *= weights
+        rate *= weights
+        return stress, rate
 
 
 @dataclass(frozen=True)
@@ -222,7 +231,10 @@ class _State:
             stress, rate = part.rates(change)
             force = turned @ (stress @ both).reshape(len(both), flat, -1)
             forces.append((add @ force.reshape(add.shape[1], -1)).reshape(-1, both.shape[-1]))
-            flow = part.hats @ (rate[mixed] @ both[mixed])[:, :, 0]
+            hats = (part.hats[:, :, None] * rate[:, None, :, 0]).reshape(
+                len(both), len(part.hats), -1
+            )
+            flow = (hats @ both.reshape(len(both), -1, both.shape[-1]))[mixed]
             flows.append(add_pressed @ flow.reshape(-1, both.shape[-1]))
         found = left.moved[used].reshape(len(forces[0]), -1).T @ np.hstack(forces)
         found -= left.pressure[pressed].T @ np.hstack(flows)
