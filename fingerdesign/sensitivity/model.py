@@ -19,8 +19,7 @@ from fingerdesign.fem.system import Body
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.forms import Fields, energies, products
 
-_SOLVED = 32  # Right-hand sides at a time; 64 take 0.1 GB more, and as long.
-_BLOCK = 64  # Pairs of fields at a time.
+_BLOCK = 64  # Right-hand sides that are solved for, or pairs of fields, at a time.
 
 
 @dataclass(frozen=True)
@@ -123,8 +122,8 @@ def response_fields(
     lift = system.pressure_lift
     moved = np.empty((system.lift.shape[0], len(own)))
     pressure = np.empty((0 if lift is None else lift.shape[0], len(own)))
-    for start in range(0, len(own), _SOLVED):
-        some = slice(start, start + _SOLVED)
+    for start in range(0, len(own), _BLOCK):
+        some = slice(start, start + _BLOCK)
         forces = np.zeros((len(factors.matrix), len(own[some])))
         forces[rows[own[some]], np.arange(forces.shape[1])] = 1.0
         free = factors.fields(forces)
