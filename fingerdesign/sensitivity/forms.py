@@ -255,7 +255,8 @@ class _State:
         part = self.part
         weights, first = part.weights[:, :, None], part.first[:, None, None]
         grad, div, pressure, stress = self._parts()
-        others, other_div, other_pressure, other_stress = other._parts()
+        there = (grad, div, pressure, stress) if other is self else other._parts()
+        others, other_div, other_pressure, other_stress = there
         tensor = -np.einsum("cqjik,cqlik->cqjlk", stress, others)
         tensor += tensor if other is self else -np.einsum("cqjik,cqlik->cqjlk", other_stress, grad)
         whole = np.einsum("cqjik,cqjik->cqk", stress, others)
