@@ -34,7 +34,7 @@ from fingerdesign.sensitivity.areas import OwnRates, area_rates, border_pairs
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.model import ResponseFields, response_fields
 from fingerdesign.sensitivity.parts import change_of, rows_of_plates
-from fingerdesign.sensitivity.path import near_nodes, path_rates
+from fingerdesign.sensitivity.path import near_nodes, needed_dofs, path_rates
 from fingerdesign.sensitivity.variant import Parameter, parameters_of
 
 _RANK = 1e-13  # Of the largest singular value: smaller parts of the forces are rounding.
@@ -127,7 +127,9 @@ def derivatives(
     nodes = near_nodes(problem, increments)
     changes = changes_of(design, model, parameters)
     ends = np.cumsum([len(step.row) for step in steps]) - 1
-    found = IncrementRates(problem, response_fields(model.condensed, nodes), changes, increments)
+    needed = needed_dofs(problem, increments, nodes)
+    fields = response_fields(model.condensed, nodes, needed)
+    found = IncrementRates(problem, fields, changes, increments)
     total, gages = found.at(ends)
     return Sensitivity(
         names=tuple(parameter.name for parameter in parameters),

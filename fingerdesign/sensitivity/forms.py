@@ -27,7 +27,8 @@ from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, pressure_nodes
 from fingerdesign.sensitivity.change import Change
 
-_ENTRIES = 3_000_000  # Of the largest temporary array: 24 MB.
+_ENTRIES = 2_000_000  # Of the largest temporary array: 16 MB.
+_CELLS = 4  # Whose stresses are multiplied at a time: they stay in the processor's cache.
 
 
 @dataclass(frozen=True)
@@ -68,12 +69,12 @@ def energies(body: Body, left: Fields, right: Fields, changes: Sequence[Change])
         here = _State.of(part, right)
         there = here if left is right else _State.of(part, left)
         force, volume, shear = here.energy_with(there)
+        used, add = _sums(part.nodes)
+        force = add @ force.reshape(part.nodes.size, -1)
         for number, change in enumerate(changes):
-            own = active[number][part.cells]
-            if own.any() and change.velocity is not None:
-                speed = change.velocity[part.nodes[own]].reshape(-1)
-                found[number] += speed @ force[own].reshape(len(speed), -1)
-            if own.any() and change.moduli is not None:
+            if change.velocity is not None:
+                found[number] += change.velocity[used].ravel() @ force.reshape(-1, found.shape[1])
+            if change.moduli is not None:
                 one, two = change.moduli[:, part.cells]
                 found[number] += one @ volume + two @ shear
     return found
@@ -100,12 +101,18 @@ def _pressure_numbers(body: Body) -> IntArray:
 
 
 def _parts(body: Body, active: Sequence[BoolArray], count: int) -> Iterator["_Part"]:
-    """The cells that any change changes, as many at a time as memory has for ``count`` fields."""
+    """The cells that any change changes, as many at a time as memory has for ``count`` fields.
+
+    By their places along x: most changes are of one plate, and its cells are then in few parts.
+    """
     kind = body.mesh.kind
     points = quadrature(kind, strain_order(kind))[1].size
     size = max(1, _ENTRIES // (points * body.mesh.dimension**2 * max(count, 1)))
     numbers = _pressure_numbers(body)
     some = np.flatnonzero(np.any(active, axis=0)) if len(active) else np.empty(0, dtype=np.int64)
+    some = some[
+        np.argsort(body.mesh.points[body.mesh.corners[some], 0].mean(axis=1), kind="stable")
+    ]
     for start in range(0, len(some), size):
         yield _Part.of(body, some[start : start + size], numbers)
 
@@ -161,30 +168,36 @@ class _Part:
         return np.asarray(found.reshape(len(found), *self.shape, self.shape[1], -1))
 
     def rates(self, change: Change) -> tuple[Array, Array]:
-        """Matrices (c, q, d d, d d + 1) and (c, q, 1, d d + 1), with the points' weights: S and r
+        """Matrices (c, q, d d, d d + 1) and rows (c, q, d d + 1), with the points' weights: S and r
         of the module's equations are they times gradient and pressure."""
-        (points, dim), first, law = self.shape, self.first[:, None], self.law[:, None]
-        one, count = np.eye(dim), len(self.cells)
+        (points, dim), first, law = self.shape, self.first[:, None], self.law
+        one, count, weights = np.eye(dim), len(self.cells), self.weights
         stress = np.zeros((count, points, dim**2, dim**2 + 1))
-        rate = np.zeros((count, points, 1, dim**2 + 1))
+        rate = np.zeros((count, points, dim**2 + 1))
         if change.velocity is not None:
             flow = self.gradients(change.velocity[:, :, None])[..., 0]  # (c, q, j, i)
+            flow *= weights[:, :, None, None]
             growth = np.einsum("cqii->cq", flow)
-            square = (*growth.shape, dim**2, dim**2)
-            still = -np.einsum("cqlj,ik->cqjilk", flow, one).reshape(square)
+            still = np.zeros((count, points, *(dim,) * 4))  # (c, q, j, i, l, k)
+            turn = np.zeros((count, dim, dim, points, dim, dim))  # (c, j, i, q, l, k)
+            for i in range(dim):
+                still[..., i, :, i] = -flow.swapaxes(2, 3)
+                turn[:, :, i, :, :, i] = flow.transpose(0, 2, 1, 3)
+            still, turn = still.reshape(count, points, dim**2, -1), turn.reshape(count, dim**2, -1)
             still += growth[:, :, None, None] * np.eye(dim**2)
-            turn = np.einsum("cqjl,ik->cqjilk", flow, one).reshape(square)
-            stress[..., :-1] = still @ law - law @ turn
+            # One product a cell, not one a point.
+            stress[..., :-1] = (still.reshape(count, -1, dim**2) @ law).reshape(still.shape)
+            stress[..., :-1] -= (law @ turn).reshape(count, dim**2, points, -1).swapaxes(1, 2)
             stress[..., -1] = -still @ one.ravel()
-            rate[..., 0, :-1] = growth[:, :, None] * one.ravel()
-            rate[..., 0, :-1] -= flow.swapaxes(2, 3).reshape(*growth.shape, -1)
-            rate[..., 0, -1] = growth / first
+            rate[..., :-1] = growth[:, :, None] * one.ravel()
+            rate[..., :-1] -= flow.swapaxes(2, 3).reshape(*growth.shape, -1)
+            rate[..., -1] = growth / first
         if change.moduli is not None:
             rise, shear = change.moduli[:, self.cells]
-            stress[..., :-1] += _law(np.where(self.mixed, 0.0, rise), shear, dim)[:, None]
-            rate[..., 0, -1] -= rise[:, None] / first**2
-        weights = self.weights[:, :, None, None]
-        return stress * weights, rate * weights
+            own = _law(np.where(self.mixed, 0.0, rise), shear, dim)
+            stress[..., :-1] += weights[:, :, None, None] * own[:, None]
+            rate[..., -1] -= weights * (rise[:, None] / first**2)
+        return stress, rate
 
 
 @dataclass(frozen=True)
@@ -212,21 +225,29 @@ class _State:
 
     def products(self, changes: Sequence[Change], left: Fields) -> Array:
         """These cells' share (changes, left, right) in the products of changes."""
-        part, both = self.part, self.both
-        mixed, flat = part.mixed, part.slopes.shape[1]
+        part, both, number = self.part, self.both, len(changes)
+        count, flat, fields = len(both), part.slopes.shape[1], self.both.shape[-1]
+        found = [part.rates(change) for change in changes]
+        # Rows by the stress' derivative and component, then by change: one product for all.
+        stress = np.stack([each[0] for each in found], axis=3).reshape(
+            *both.shape[:2], -1, both.shape[2]
+        )
         turned = part.slopes.swapaxes(1, 2)
+        force = np.empty((count, turned.shape[1], stress.shape[2] // part.shape[1] * fields))
+        for first in range(0, count, _CELLS):
+            some = slice(first, first + _CELLS)
+            here = (stress[some] @ both[some]).reshape(-1, flat, force.shape[2])
+            np.matmul(turned[some], here, out=force[some])
         used, add = _sums(part.nodes)
-        pressed, add_pressed = _sums(part.numbers[mixed])
-        forces, flows = [], []
-        for change in changes:
-            stress, rate = part.rates(change)
-            force = turned @ (stress @ both).reshape(len(both), flat, -1)
-            forces.append((add @ force.reshape(add.shape[1], -1)).reshape(-1, both.shape[-1]))
-            flow = part.hats @ (rate[mixed] @ both[mixed])[:, :, 0]
-            flows.append(add_pressed @ flow.reshape(-1, both.shape[-1]))
-        found = left.moved[used].reshape(len(forces[0]), -1).T @ np.hstack(forces)
-        found -= left.pressure[pressed].T @ np.hstack(flows)
-        return np.asarray(found.reshape(len(found), len(changes), -1).swapaxes(0, 1))
+        force = (add @ force.reshape(part.nodes.size, -1)).reshape(-1, number * fields)
+        product = left.moved[used].reshape(len(force), -1).T @ force
+        rate = np.stack([each[1] for each in found], axis=1)
+        hats = part.hats[:, None, :, None] * rate[:, None]  # (c, corners, changes, q, d d + 1)
+        hats = hats.reshape(count, len(part.hats) * number, both.shape[1] * both.shape[2])
+        flow = (hats @ both.reshape(count, -1, fields))[part.mixed]
+        pressed, add = _sums(part.numbers[part.mixed])
+        product -= left.pressure[pressed].T @ (add @ flow.reshape(add.shape[1], number * fields))
+        return product.reshape(len(product), number, fields).swapaxes(0, 1)
 
     def energy_with(self, other: "_State") -> tuple[Array, Array, Array]:
         """Of w^T dK u, with the other state's w: nodal forces (c, n, d, k), N, which velocities are
@@ -234,7 +255,8 @@ class _State:
         part = self.part
         weights, first = part.weights[:, :, None], part.first[:, None, None]
         grad, div, pressure, stress = self._parts()
-        others, other_div, other_pressure, other_stress = other._parts()
+        there = (grad, div, pressure, stress) if other is self else other._parts()
+        others, other_div, other_pressure, other_stress = there
         tensor = -np.einsum("cqjik,cqlik->cqjlk", stress, others)
         tensor += tensor if other is self else -np.einsum("cqjik,cqlik->cqjlk", other_stress, grad)
         whole = np.einsum("cqjik,cqjik->cqk", stress, others)

@@ -6,14 +6,12 @@ Each study is disturbed, run again, and held to the outcomes of an undisturbed r
 import contextlib
 import json
 import os
-import resource
 import shutil
 import signal
 import socket
 import socketserver
 import struct
 import subprocess
-import sys
 import threading
 import time
 from collections import Counter
@@ -23,6 +21,7 @@ import psutil
 import pytest
 
 from fingerdesign.runtime.isolate import Worker
+from tests.support.forked import Program
 
 STUDY = """
 [study]
@@ -105,16 +104,8 @@ class Place:
         study = ["optimise", "search.toml", "--out", out, "--workers", "2"]
         return self.command("optimise_evaluators:formula", *study, **changes)
 
-    def start(self, *command, limit=None, **changes):
-        process = subprocess.Popen(
-            [sys.executable, *command],
-            cwd=self.folder,
-            env=self.environment | changes,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            preexec_fn=limit,
-        )
+    def start(self, *command, most_bytes=None, **changes):
+        process = Program(command, self.folder, self.environment | changes, most_bytes)
         self.started.append(process)
         return process
 
@@ -136,7 +127,7 @@ class Place:
 
     def swept(self, *more, **changes):
         """What a run says that goes well."""
-        return well(self.sweep("--workers", "2", *more, **changes))
+        return well(self.sweep("--workers", "1", *more, **changes))
 
 
 def until(reached, process):
@@ -250,15 +241,11 @@ def test_a_second_search_is_refused_during_confirmation_too(place):
     assert first.poll() is None  # it is at its 3-D analyses
 
 
-def limited():
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-
-
 @pytest.mark.slow
 def test_a_full_disk_says_so_and_keeps_what_fitted(place, undisturbed):
     """Full is a file's size by a limit."""
     place.evaluator = "large"
-    code, _, err = ended(place.sweep("--workers", "1", limit=limited))
+    code, _, err = ended(place.sweep("--workers", "1", most_bytes=100_000))
     assert code == 1
     assert "cannot be stored" in err
     assert "File too large" in err
@@ -281,7 +268,7 @@ def test_a_killed_worker_is_replaced_and_a_killed_scheduler_ends_the_driver(plac
         code, _, err = ended(run)
     assert code == 1
     assert f"Dask scheduler at {address} is gone; finished work is stored" in err
-    with dask(place):
+    with dask(place, workers=1):
         summary = well(place.sweep("--scheduler", "scheduler.json"))[-1]
     assert summary["from_store"] >= 10
     assert summary["failures"] == 0
@@ -313,7 +300,7 @@ def test_over_tls_a_study_is_the_same_and_without_a_certificate_refused(place, u
     place.environment |= {f"{prefix}CA_FILE": cert}
     for who in ("SCHEDULER", "WORKER", "CLIENT"):
         place.environment |= {f"{prefix}{who}__CERT": cert, f"{prefix}{who}__KEY": key}
-    with dask(place, protocol="tls") as (address, _, _):
+    with dask(place, workers=1, protocol="tls") as (address, _, _):
         assert address.startswith("tls://")
         own, place.environment = place.environment, bare
         code, _, err = ended(place.sweep("--scheduler", address))
