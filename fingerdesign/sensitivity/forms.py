@@ -178,12 +178,13 @@ class _Part:
             flow = self.gradients(change.velocity[:, :, None])[..., 0]  # (c, q, j, i)
             flow *= weights[:, :, None, None]
             growth = np.einsum("cqii->cq", flow)
-            still = np.zeros((count, points, *(dim,) * 4))  # (c, q, j, i, l, k)
-            turn = np.zeros((count, dim, dim, points, dim, dim))  # (c, j, i, q, l, k)
+            still = np.zeros((count, points, dim**2, dim**2))
+            turn = np.zeros((count, dim**2, points * dim**2))
+            there = still.reshape(count, points, *(dim,) * 4)  # (c, q, j, i, l, k)
+            across = turn.reshape(count, dim, dim, points, dim, dim)  # (c, j, i, q, l, k)
             for i in range(dim):
-                still[..., i, :, i] = -flow.swapaxes(2, 3)
-                turn[:, :, i, :, :, i] = flow.transpose(0, 2, 1, 3)
-            still, turn = still.reshape(count, points, dim**2, -1), turn.reshape(count, dim**2, -1)
+                there[..., i, :, i] = -flow.swapaxes(2, 3)
+                across[:, :, i, :, :, i] = flow.transpose(0, 2, 1, 3)
             still += growth[:, :, None, None] * np.eye(dim**2)
             # One product a cell, not one a point.
             stress[..., :-1] = (still.reshape(count, -1, dim**2) @ law).reshape(still.shape)
@@ -247,7 +248,7 @@ class _State:
         flow = (hats @ both.reshape(count, -1, fields))[part.mixed]
         pressed, add = _sums(part.numbers[part.mixed])
         product -= left.pressure[pressed].T @ (add @ flow.reshape(add.shape[1], number * fields))
-        return product.reshape(len(product), number, fields).swapaxes(0, 1)
+        return np.asarray(product.reshape(len(product), number, fields).swapaxes(0, 1))
 
     def energy_with(self, other: "_State") -> tuple[Array, Array, Array]:
         """Of w^T dK u, with the other state's w: nodal forces (c, n, d, k), N, which velocities are

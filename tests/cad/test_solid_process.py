@@ -25,6 +25,13 @@ from tests.support.calls import vtk_modules
 from tests.support.steps import write
 
 
+@pytest.fixture(autouse=True)
+def fresh(monkeypatch):
+    """Each call has a fresh process, as outside of the tests."""
+    for module in (solid_process, facts_module):
+        monkeypatch.setattr(module, "call", call)
+
+
 def test_triangles_are_those_of_this_process(design_of):
     design = design_of("arc", "perforated", "a bone")
     frames = plate_frames(design)[1:2]
