@@ -252,7 +252,10 @@ def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     """A firm hold by one force, as deep as it needs; or less mass."""
     needed, grip = max(((_firm_hold(each), each) for each in failing), key=lambda pair: pair[0])
     brings = f"lifts at μ {grip.friction_coefficient:g}"
-    yield Fix('grip.controller = "fixed_force"', brings, "Coulomb")
+    gentlest = min(result.grips, key=lambda each: each.least_force_N)
+    crushes = needed >= MOST_FORCE * gentlest.least_force_N
+    but = f"; crushes at μ {gentlest.friction_coefficient:g}" if crushes else ""
+    yield Fix('grip.controller = "fixed_force"', brings, f"Coulomb{but}")
     yield Fix(f"grip.fixed_force.force_N = {needed:.3g}", "with the line above")
     travel, deep = (
         result.parameters.get("grip.max_approach_mm"),
@@ -295,7 +298,8 @@ def _force_fixes(result: Result, design_file: str) -> Iterator[Fix]:
     good = [each for each in result.grips if lifts(each)]
     if any(each.crushed for each in good):
         yield from _light_fixes(result, good)
-        yield Fix(f"fingerdesign study {design_file} --tune", "searches a gentler controller")
+        command = f"fingerdesign study {design_file} --tune --out tuned"
+        yield Fix(command, "searches a gentler controller")
         return
     nearest = min(good, key=lambda each: each.safety_margin or math.inf)
     if nearest.safety_margin is not None:
