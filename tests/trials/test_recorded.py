@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import zipfile
 from pathlib import Path
 
@@ -446,3 +447,77 @@ def test_a_folder_that_is_not_there_is_named(tmp_path, capsys):
     missing = Path(tmp_path / "none")
     assert main(["study", "--recorded", str(missing), "--out", str(tmp_path)]) == 2
     assert "--recorded" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-8"])
+def test_a_csv_file_from_a_spreadsheet_is_not_passed_over(encoding, tmp_path):
+    text = as_csv(*recorded_pull(noise=1e-3))
+    (tmp_path / "first.csv").write_text(text, "utf-8")
+    (tmp_path / "SECOND.CSV").write_text(text.replace("time_s", '"time_s"'), encoding)
+    assert sets.judge_recorded(tmp_path).sets[0].recordings == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "encoding", "wanted"),
+    [("time", "utf-8", "'time': must be 'time_s'"), ("time_s", "utf-16", "it is not UTF-8 text")],
+)
+def test_a_wrong_first_column_is_named_and_not_passed_over(name, encoding, wanted, tmp_path):
+    text = as_csv(*recorded_pull(noise=1e-3))
+    (tmp_path / "first.csv").write_text(text, "utf-8")
+    (tmp_path / "second.csv").write_text(text.replace("time_s", name), encoding)
+    with pytest.raises(DesignError, match=wanted):
+        sets.judge_recorded(tmp_path)
+
+
+def test_names_that_are_no_text_are_shown_and_do_not_end_the_work(tmp_path):
+    folder = tmp_path / "b\udcff"
+    try:
+        folder.mkdir()
+    except (OSError, UnicodeError):
+        pytest.skip("this disk has no such names")
+    (folder / "a.csv").write_text(as_csv(*recorded_pull(noise=1e-3)), "utf-8")
+    (folder / "\udcfe<script>.h5").write_bytes(b"version https://git-lfs.github.com/spec/v1\n")
+    assert main(["study", "--recorded", str(folder), "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "recorded" / "recorded.html").read_text("utf-8")
+    assert "\ufffd&lt;script&gt;.h5" in page
+
+
+def test_archives_that_are_damaged_in_any_way_of_packing_are_refused(tmp_path):
+    eflesh_folder(tmp_path / "data")
+    path = tmp_path / "data" / "seq_1.pt"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr("seq_1/data/0", np.random.default_rng(0).bytes(36000))
+    content = bytearray(path.read_bytes())
+    content[60:90] = b"\xff" * 30
+    path.write_bytes(content)
+    with pytest.raises(DesignError, match=r"seq_1\.pt: must be a tensor"):
+        eflesh.read_eflesh(tmp_path / "data")
+
+
+@pytest.mark.parametrize(
+    ("sheet", "old", "new"),
+    [
+        (1, r'("P5" s="2"><v>)[\d.]+', r"\1nan"),
+        (1, r'("P5" s="2"><v>)[\d.]+', r"\1 1e300"),
+        (1, r'("P5" s="2"><v>)[\d.]+', r"\1-3"),
+        (1, r'("P5" s="2"><v>)[\d.]+', r"\1 0"),
+        (1, r'<c r="N5" s="0">.*?</c>', ""),
+        (1, r'( s="2"><v>)[\d.]+', r"\1 3"),
+        (3, "<row>.*</row>", ""),
+        (3, r'<c r="[A-Z]+[5-8]".*?</c>', ""),
+        (3, r"<v>[\d.]+</v>", "<v>4</v>"),
+    ],
+)
+def test_a_workbook_of_no_forces_is_refused(sheet, old, new, tmp_path):
+    path = tmp_path / "EXPERIMENTAL_DATA_1.xlsx"
+    workbook(path)
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name).decode() for name in archive.namelist()}
+    parts[f"xl/worksheets/sheet{sheet}.xml"] = re.sub(
+        old, new, parts[f"xl/worksheets/sheet{sheet}.xml"]
+    )
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+    with pytest.raises(DesignError, match=r"EXPERIMENTAL_DATA_1\.xlsx: must be"):
+        friction.read_friction(path)
