@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import zipfile
 from pathlib import Path
 
@@ -446,3 +447,171 @@ def test_a_folder_that_is_not_there_is_named(tmp_path, capsys):
     missing = Path(tmp_path / "none")
     assert main(["study", "--recorded", str(missing), "--out", str(tmp_path)]) == 2
     assert "--recorded" in capsys.readouterr().err
+
+
+def read_changed(folder, change):
+    """Read a recording of which ``change`` makes other times, taxels and labels."""
+    path = folder / "changed.csv"
+    path.write_text(as_csv(*change(*recorded_pull(noise=1e-3))), "utf-8")
+    return recording.read_csv(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "wanted"),
+    [
+        (lambda t, x, s: (t, 0 * x + 1, s), "columns x and y = 1 at first: must be changing"),
+        (lambda t, x, s: (t, x * [0, 0, 1], s), "must be changing by 1e-9 to 1e100"),
+        (lambda t, x, s: (t, 1e300 * x, s), "must be changing by 1e-9 to 1e100"),
+        (lambda t, x, s: (t, 1e-15 * x, s), "must be changing by 1e-9 to 1e100"),
+        (
+            lambda t, x, s: (t + 5.0 * (t > 2.995), x, s),
+            "row 302, column time_s = 8: must be after",
+        ),
+        (lambda t, x, s: (t[:110], x[:110], s[:110]), "at least 1.2 s long without a gross slip"),
+    ],
+)
+def test_what_would_be_judged_as_a_number_of_nothing_is_refused(change, wanted, tmp_path):
+    with pytest.raises(DesignError, match=wanted):
+        read_changed(tmp_path, change)
+
+
+def test_a_recording_too_long_to_be_judged_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(recording, "_MANY", 500)
+    with pytest.raises(DesignError, match="of fewer than 500 samples; cut it"):
+        read_changed(tmp_path, lambda *each: each)
+
+
+def test_a_load_that_was_held_for_long_is_compared_with_the_one_before():
+    load = np.zeros((5000, 2))
+    load[:7, 0] = 1.0
+    assert detect._last_apart(load, 0.5) == 6
+    assert detect._last_apart(load[7:], 0.5) is None
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-8"])
+def test_a_csv_file_from_a_spreadsheet_is_not_passed_over(encoding, tmp_path):
+    text = as_csv(*recorded_pull(noise=1e-3))
+    (tmp_path / "first.csv").write_text(text, "utf-8")
+    (tmp_path / "SECOND.CSV").write_text(text.replace("time_s", '"time_s"'), encoding)
+    assert sets.judge_recorded(tmp_path).sets[0].recordings == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "encoding", "wanted"),
+    [("time", "utf-8", "'time': must be 'time_s'"), ("time_s", "utf-16", "it is not UTF-8 text")],
+)
+def test_a_wrong_first_column_is_named_and_not_passed_over(name, encoding, wanted, tmp_path):
+    text = as_csv(*recorded_pull(noise=1e-3))
+    (tmp_path / "first.csv").write_text(text, "utf-8")
+    (tmp_path / "second.csv").write_text(text.replace("time_s", name), encoding)
+    with pytest.raises(DesignError, match=wanted):
+        sets.judge_recorded(tmp_path)
+
+
+def test_names_that_are_no_text_are_shown_and_do_not_end_the_work(tmp_path):
+    folder = tmp_path / "b\udcff"
+    try:
+        folder.mkdir()
+    except (OSError, UnicodeError):
+        pytest.skip("this disk has no such names")
+    (folder / "a.csv").write_text(as_csv(*recorded_pull(noise=1e-3)), "utf-8")
+    (folder / "\udcfe<script>.h5").write_bytes(b"version https://git-lfs.github.com/spec/v1\n")
+    assert main(["study", "--recorded", str(folder), "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "recorded" / "recorded.html").read_text("utf-8")
+    assert "\ufffd&lt;script&gt;.h5" in page
+
+
+@pytest.mark.parametrize("kind", ["link", "loop", "group", "empty", "complex", "huge", "damaged"])
+def test_hdf5_files_of_other_content_are_refused(kind, tmp_path):
+    h5py = pytest.importorskip("h5py", reason="pip install 'fingerdesign[recorded]'")
+    path = tmp_path / "pulls.h5"
+    with h5py.File(path, "w") as file:
+        file["a/time_s"], file["a/taxels"], file["a/slip"] = recorded_pull()
+        if kind in ("link", "loop"):
+            file["b"] = h5py.SoftLink("/none" if kind == "link" else "/b")
+        elif kind != "damaged":
+            del file["a/taxels"]
+        if kind == "group":
+            file.create_group("a/taxels")
+        elif kind == "empty":
+            del file["a/time_s"], file["a/slip"]
+            file["a/time_s"], file["a/taxels"], file["a/slip"] = [], np.empty((0, 9, 3)), []
+        elif kind == "complex":
+            file["a/taxels"] = 1j + recorded_pull()[1]
+        elif kind == "huge":
+            file.create_dataset("a/taxels", (500, 10**9, 3), "f8", chunks=(1, 1000, 3))
+    if kind == "damaged":
+        content = bytearray(path.read_bytes())
+        for place in range(len(content) - 3):
+            if content[place : place + 4] in (b"HEAP", b"SNOD"):
+                content[place : place + 4] = b"none"
+        path.write_bytes(content)
+    with pytest.raises(DesignError):
+        recording.read_hdf5(path)
+
+
+def test_a_set_of_eflesh_is_whole_and_its_signals_change(tmp_path):
+    eflesh_folder(tmp_path / "data")
+    (tmp_path / "data" / "seq_2.pt").write_bytes(tensor(np.ones((300, 30))))
+    (tmp_path / "data" / "labels").write_text("1\n1\n0\n", "utf-8")
+    with pytest.raises(DesignError) as wrong:
+        eflesh.read_eflesh(tmp_path / "data")
+    assert wrong.value.faults[0].bound == "4, one a sequence"
+    assert "too short, still" in str(wrong.value)
+
+
+def test_archives_that_are_damaged_in_any_way_of_packing_are_refused(tmp_path):
+    eflesh_folder(tmp_path / "data")
+    path = tmp_path / "data" / "seq_1.pt"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_LZMA) as archive:
+        archive.writestr("seq_1/data/0", np.random.default_rng(0).bytes(36000))
+    content = bytearray(path.read_bytes())
+    content[60:90] = b"\xff" * 30
+    path.write_bytes(content)
+    with pytest.raises(DesignError, match=r"seq_1\.pt: must be a tensor"):
+        eflesh.read_eflesh(tmp_path / "data")
+
+
+class Runs:
+    def __reduce__(self):
+        return pytest.fail, ("the pickle was run",)
+
+
+@pytest.mark.parametrize("weight", [np.nan, np.inf, 1e300, Runs()])
+def test_a_classifier_of_no_numbers_is_refused_and_not_run(weight, tmp_path):
+    import pickle
+
+    path = tmp_path / eflesh.CLASSIFIER
+    weights = weight if isinstance(weight, Runs) else np.array([[weight, 0.0, 2.0]])
+    path.write_bytes(pickle.dumps({"coef_": weights, "intercept_": np.array([0.5])}, protocol=4))
+    with pytest.raises(DesignError, match="must be of 3 features"):
+        eflesh.authors_detector(path)
+
+
+@pytest.mark.parametrize(
+    ("sheet", "old", "new"),
+    [
+        (1, r'("P5" s="2"><v>)[\d.]+', r"\1nan"),
+        (1, r'("P5" s="2"><v>)[\d.]+', r"\1 1e300"),
+        (1, r'("P5" s="2"><v>)[\d.]+', r"\1-3"),
+        (1, r'("P5" s="2"><v>)[\d.]+', r"\1 0"),
+        (1, r'<c r="N5" s="0">.*?</c>', ""),
+        (1, r'( s="2"><v>)[\d.]+', r"\1 3"),
+        (3, "<row>.*</row>", ""),
+        (3, r'<c r="[A-Z]+[5-8]".*?</c>', ""),
+        (3, r"<v>[\d.]+</v>", "<v>4</v>"),
+    ],
+)
+def test_a_workbook_of_no_forces_is_refused(sheet, old, new, tmp_path):
+    path = tmp_path / "EXPERIMENTAL_DATA_1.xlsx"
+    workbook(path)
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name).decode() for name in archive.namelist()}
+    parts[f"xl/worksheets/sheet{sheet}.xml"] = re.sub(
+        old, new, parts[f"xl/worksheets/sheet{sheet}.xml"]
+    )
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in parts.items():
+            archive.writestr(name, content)
+    with pytest.raises(DesignError, match=r"EXPERIMENTAL_DATA_1\.xlsx: must be"):
+        friction.read_friction(path)

@@ -27,15 +27,13 @@ from fingerdesign.control.signals import Sample, response
 from fingerdesign.design.grip import Grip
 from fingerdesign.records.base import closed
 from fingerdesign.records.statistics import Rate, Share, clustered_share
-from fingerdesign.trials.recorded.recording import REST_S, Recording
+from fingerdesign.trials.recorded.recording import REST_S, SPAN_S, Recording
 
 # Both are shipped defaults of a grip, set on simulated fingers before any recording was read.
 THRESHOLD = float(Grip.model_fields["threshold_share"].default)
 LEAST_STICK = float(RegulatorTable.least_stick)
 NOISES = 5.0  # Deviations of one taxel's noise: once in two million samples by chance.
 ANSWER_S = 0.1  # A person answers a slip in 0.07 to 0.1 s: so late an alarm still finds it.
-# Of a window: longer ones would have more alarms. A slip sooner after the rest has a shorter one.
-SPAN_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -62,18 +60,27 @@ def _share(shear: Array, floor: float) -> Array:
     most, scale = 0, np.nan
     for k in range(1, len(load)):
         share[k] = share[k - 1]
-        far = np.flatnonzero(np.hypot(*(load[:k] - load[k]).T) >= floor)
-        if not far.size:
+        far = _last_apart(load[: k + 1], floor)
+        if far is None:
             continue
-        along = load[k] - load[far[-1]]
+        along = load[k] - load[far]
         along = along / np.hypot(*along)
-        before, now = (Sample(shear[j] @ along, 0.0, load[j] @ along) for j in (far[-1], k))
+        before, now = (Sample(shear[j] @ along, 0.0, load[j] @ along) for j in (far, k))
         d = response(before, now)
         scale = d.max() if np.isnan(scale) else scale
         area = int((d > THRESHOLD * scale).sum())
         most = max(most, area)
         share[k] = area / most
     return share
+
+
+def _last_apart(load: Array, floor: float, reach: int = 64) -> int | None:
+    """The last sample whose load differs from the newest one's by the floor; near ones first."""
+    begin = max(0, len(load) - reach)
+    far = np.flatnonzero(np.hypot(*(load[begin:] - load[-1]).T) >= floor)
+    if far.size or not begin:
+        return begin + int(far[-1]) if far.size else None
+    return _last_apart(load, floor, 8 * reach)
 
 
 def change_of_load(recording: Recording) -> Array:

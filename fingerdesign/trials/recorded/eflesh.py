@@ -20,7 +20,7 @@ from fingerdesign.control.trace import csv_text_of, refuse_faults
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.trials.recorded.detect import Detector
 from fingerdesign.trials.recorded.pillars import ZIP_ERRORS
-from fingerdesign.trials.recorded.recording import Recording
+from fingerdesign.trials.recorded.recording import Recording, changes
 
 CLASSIFIER, ALL = "eflesh_linear.pkl", 137  # its file, and the recordings of the whole set
 _RATE, _NUMBERS, _SENSORS = 100.0, 30, 2  # Hz, numbers a sample, sensors
@@ -31,6 +31,8 @@ def read_eflesh(folder: Path) -> list[Recording]:
     """The recordings of a folder with labels and seq_*.pt; DesignError with every fault."""
     lines = csv_text_of(folder / "labels", "labels", "a text file").split()
     faults, found = [], []
+    if len(lines) < (count := len(list(folder.glob("seq_*.pt")))):
+        faults.append(Fault("labels", len(lines), f"{count}, one a sequence", "fetch it again"))
     for k, label in enumerate(lines):
         path = folder / f"seq_{k}.pt"
         if label not in ("0", "1"):
@@ -55,8 +57,8 @@ def _samples(path: Path) -> Array:
         if archive.getinfo(name).file_size > _MOST_BYTES:
             raise ValueError(f"over {_MOST_BYTES} bytes")
         samples = np.frombuffer(archive.read(name), "<f4").astype(float).reshape(-1, _NUMBERS)
-    if len(samples) < _LEAST or not np.isfinite(samples).all():
-        raise ValueError("too short, or not all are finite numbers")
+    if len(samples) < _LEAST or not changes(samples):
+        raise ValueError("too short, still, or not all are finite numbers")
     return samples
 
 
@@ -68,6 +70,8 @@ def authors_detector(file: Path) -> Detector:
     try:
         *coefficients, intercept = _floats(file.read_bytes())
         weights = np.array(coefficients).reshape(3)
+        if not (np.abs([*weights, intercept]) <= 1e9).all():
+            raise ValueError("not all are finite numbers under 1e9")
     except (OSError, ValueError) as error:
         remedy = f"fetch it again ({error})"
         raise DesignError([Fault("classifier", str(file), "of 3 features", remedy)]) from None

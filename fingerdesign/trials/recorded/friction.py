@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
 
 import numpy as np
 from scipy.special import stdtrit
 
 from fingerdesign.arrays import Array
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import Count, Size, closed
 from fingerdesign.records.statistics import Share, share_of
-from fingerdesign.trials.recorded.pillars import Lift, PillarData
+from fingerdesign.trials.recorded.pillars import Lift, PillarData, read_pillars
 
 CONSTANT = 1.0 / 3.0  # the exponent at constant shear strength: of theory, not fitted
 
@@ -84,13 +87,24 @@ def exponent(
     return Exponent(-slope, -slope - reach, -slope + reach, len(x), count)
 
 
+def read_friction(path: Path) -> FrictionData:
+    """The laws on a workbook; DesignError where it is another file, or has too few slips."""
+    data = read_pillars(path)
+    try:
+        with np.errstate(divide="raise", over="raise", invalid="raise"):
+            return judge_friction(data)
+    except (ValueError, ArithmeticError) as error:
+        fault = Fault("recording", str(path), "of forces over 0", f"fetch it again ({error})")
+        raise DesignError([fault]) from None
+
+
 def judge_friction(data: PillarData) -> FrictionData:
     """The exponents of the thesis's lifts, and what three laws foretell of them."""
     slow = [each for each in data.lifts if each.outcome == "slipped slowly"]
     weight, force = np.array([(each.weight, each.force) for each in slow]).T
     weights = np.unique(weight)
     means = [float(force[weight == w].mean()) for w in weights]
-    own = [float(np.mean([each.force for each in data.own if each.weight == w])) for w in weights]
+    own = [fmean(each.force for each in data.own if each.weight == w) for w in weights]
     normal, tangential = np.array([(each.normal, each.tangential) for each in data.pillars]).T
     lifts, names = [each.lift for each in data.pillars], [each.name for each in data.pillars]
     single = exponent(normal, tangential / normal, lifts, names)

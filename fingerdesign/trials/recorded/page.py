@@ -20,8 +20,9 @@ from fingerdesign.report.page import (
 from fingerdesign.report.table import Table
 from fingerdesign.trials.figures import WORDS
 from fingerdesign.trials.recorded import pillars
-from fingerdesign.trials.recorded.detect import ANSWER_S, SPAN_S
+from fingerdesign.trials.recorded.detect import ANSWER_S
 from fingerdesign.trials.recorded.friction import CONSTANT, FrictionData
+from fingerdesign.trials.recorded.recording import SPAN_S
 from fingerdesign.trials.recorded.sets import PAGE, RECORD, RecordedData, SetData
 
 NONE = "–"

@@ -8,6 +8,7 @@ the forces of single pillars as they slip. The file is a zip archive of XML.
 
 from __future__ import annotations
 
+import lzma
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
@@ -20,7 +21,8 @@ from fingerdesign.errors import DesignError, Fault
 
 SOURCE = "robertburk/ME_THESIS_ROBERT_BURKE, no licence"
 # What a damaged archive, or one of other content, raises.
-ZIP_ERRORS = (OSError, LookupError, ValueError, RuntimeError, zlib.error, zipfile.BadZipFile)
+_DAMAGED = (EOFError, zlib.error, lzma.LZMAError, zipfile.BadZipFile)
+ZIP_ERRORS = (OSError, LookupError, ValueError, RuntimeError, *_DAMAGED)
 PATTERN = "EXPERIMENTAL_DATA_*.xlsx"
 _SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 _MOST_BYTES = 50_000_000  # of one part, unpacked; the author's have 0.4 MB
@@ -98,7 +100,10 @@ def _part(archive: zipfile.ZipFile, name: str) -> ElementTree.Element:
 def _force(cells: _Cells, address: str) -> float | None:
     """The number of a cell; None where it has none, or a dash."""
     text = cells.get(address, ("", ""))[0]
-    return float(text) if text.strip(" -") else None
+    force = float(text) if text.strip(" -") else None
+    if force is not None and not abs(force) <= 1000.0:
+        raise ValueError(f"{address} holds {text}, which is no force")
+    return force
 
 
 def _lifts(cells: _Cells) -> Iterator[Lift]:

@@ -24,6 +24,10 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.extras import needs
 
 REST_S = 0.2  # It gives 8 samples of the slowest public set, of 38 Hz.
+# Of a window: longer ones would have more alarms. A slip sooner after the rest has a shorter one.
+SPAN_S = 1.0
+_MANY = 100_000  # Of a load that is held, the time grows with their square.
+_WRONG = (OSError, LookupError, AttributeError, TypeError, ValueError, RuntimeError, MemoryError)
 _SETS = ("time_s", "taxels", "slip")
 
 
@@ -49,6 +53,12 @@ class Recording:
     def rest(self) -> Array:
         """Samples (k,) of the rest at the begin, as true."""
         return np.asarray(self.time <= self.time[0] + REST_S)
+
+
+def changes(signals: Array) -> bool:
+    """Whether a signal of (k, ...) changes, by a number that can be squared."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(1e-9 <= np.ptp(signals, axis=0).max() <= 1e100)
 
 
 def read_csv(path: Path) -> Recording:
@@ -78,16 +88,16 @@ def read_hdf5(path: Path) -> list[Recording]:
     faults: list[Fault] = []
     try:
         with h5py.File(path, "r") as file:
-            for group in [file] if _SETS[0] in file else list(file.values()):
+            for group in [file] if _SETS[0] in file else [file[e] for e in file]:
                 name = group.name.strip("/") or path.stem
                 named = isinstance(group, h5py.Group)
-                there = [np.asarray(group[e], dtype=float) for e in _SETS if named and e in group]
+                there = [group[e].astype(float)[:_MANY] for e in _SETS if named and e in group]
                 table = _table(name, there, faults)
                 rows = [f"{name}[{each}]" for each in range(len(table))]
                 if rows:
                     faults += _faults(table, rows, True)
                     found.append(_recording(name, table))
-    except (OSError, TypeError, ValueError) as error:
+    except _WRONG as error:
         bound = "an HDF5 file of numbers"
         raise DesignError([Fault("recording", str(path), bound, str(error))]) from None
     refuse_faults(faults, str(path))
@@ -98,9 +108,9 @@ def _table(name: str, sets: Sequence[Array], faults: list[Fault]) -> Array:
     """The rows of a CSV file of one group's data sets; none, and a fault, for other shapes."""
     shapes = [each.shape for each in sets]
     k, n = shapes[1][:2] if len(shapes) == 3 and len(shapes[1]) == 3 else (0, 0)
-    if n >= 2 and shapes == [(k,), (k, n, 3), (k,)]:
+    if k and n >= 2 and shapes == [(k,), (k, n, 3), (k,)]:
         return np.column_stack([sets[0], sets[1].reshape(k, -1), sets[2]])
-    bound = f"{', '.join(_SETS)} of (k,), (k, n, 3), (k,) with n at least 2"
+    bound = f"{', '.join(_SETS)} of (k,), (k, n, 3), (k,) with k > 0 and n > 1"
     faults.append(Fault(name, f"data sets of {shapes}", bound, "transpose them"))
     return np.empty((0, 0))
 
@@ -110,7 +120,7 @@ def _columns(taxels: int) -> list[str]:
 
 
 def _recording(name: str, table: Array) -> Recording:
-    slip = np.nan_to_num(table[:, -1]).astype(np.int64)
+    slip = np.clip(np.nan_to_num(table[:, -1]), -1.0, 3.0).astype(np.int64)
     taxels = table[:, 1:-1].reshape(len(table), -1, 3)
     return Recording(name, table[:, 0], (taxels,), bool((slip == 2).any()), slip)
 
@@ -124,9 +134,11 @@ def _faults(table: Array, rows: Sequence[str], gaps: bool = False) -> Iterator[F
     for k in np.flatnonzero(~np.isin(slip, (0.0, 1.0, 2.0)) & np.isfinite(slip))[:1]:
         remedy = "0 is no slip, 1 incipient, 2 gross"
         yield Fault(f"{rows[k]}, column slip", f"{slip[k]:g}", "0, 1 or 2", remedy)
-    for k in np.flatnonzero(np.diff(time) <= 0.0)[:1]:
-        bound, remedy = f"after the sample before, {time[k]:.10g}", "put the samples in order"
-        yield Fault(f"{rows[k + 1]}, column time_s", f"{time[k + 1]:.10g}", bound, remedy)
+    step = np.diff(time)
+    for k in np.flatnonzero((step <= 0.0) | (step > REST_S))[:1]:
+        bound = f"after the sample before, {time[k]:.10g}, by at most {REST_S:g} s"
+        yield Fault(f"{rows[k + 1]}, column time_s", f"{time[k + 1]:.10g}", bound, "sort or cut it")
+    yield from _faults_of_all(table)
     rest = time <= time[0] + REST_S
     for k in np.flatnonzero(rest & np.isin(slip, (1.0, 2.0)))[:1]:
         bound = f"0 in the first {REST_S:g} s"
@@ -134,3 +146,15 @@ def _faults(table: Array, rows: Sequence[str], gaps: bool = False) -> Iterator[F
     if rest.sum() < 3 or rest.all():
         bound = f"3 and more in the first {REST_S:g} s, and some after it"
         yield Fault("column time_s", f"{rest.sum()} samples", bound, "write seconds; begin at rest")
+
+
+def _faults_of_all(table: Array) -> Iterator[Fault]:
+    time, signals = table[:, 0], np.delete(table[:, 1:-1], np.s_[2::3], axis=1)
+    if len(table) >= _MANY:
+        yield Fault("recording", "longer", f"of fewer than {_MANY} samples", "cut it in parts")
+    if time[-1] < time[0] + REST_S + SPAN_S and not (table[:, -1] == 2.0).any():
+        bound = f"at least {REST_S + SPAN_S:g} s long without a gross slip"
+        yield Fault("column time_s", f"{time[-1] - time[0]:g} s", bound, "record for longer")
+    if np.isfinite(signals).all() and not changes(signals):
+        first, bound = f"{signals[0, 0]:g} at first", "changing by 1e-9 to 1e100"
+        yield Fault("columns x and y", first, bound, "record a load, in another unit")

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import DesignError, Fault, shown
 from fingerdesign.records.base import Count, closed
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.trials.recorded import eflesh, pillars, uskin
 from fingerdesign.trials.recorded.detect import OURS, Detector, Score, score
-from fingerdesign.trials.recorded.friction import FrictionData, judge_friction
+from fingerdesign.trials.recorded.friction import FrictionData, read_friction
 from fingerdesign.trials.recorded.recording import Recording, read_csv, read_hdf5
 
 NAME, RECORD, PAGE = "recorded", "recorded.json", "recorded.html"
@@ -58,7 +58,7 @@ def judge_recorded(folder: Path) -> RecordedData:
         raise DesignError([Fault("--recorded", str(folder), "a folder of recordings", remedy)])
     files, absent = _files(folder)
     errors: list[DesignError] = []
-    books = _read(pillars.read_pillars, (f for f in files if f.match(pillars.PATTERN)), errors)
+    books = _read(read_friction, (f for f in files if f.match(pillars.PATTERN)), errors)
     sets = (*_eflesh(files, errors), *_uskin(files, errors), *_plain(files, errors))
     if errors:
         raise DesignError.together(errors)
@@ -67,14 +67,14 @@ def judge_recorded(folder: Path) -> RecordedData:
         remedy = f"fetch {absent[0]} and others by git lfs pull" if absent else remedy
         bound = "a folder that holds recordings of a known layout"
         raise DesignError([Fault("--recorded", str(folder), bound, remedy)])
-    friction = judge_friction(books[0]) if books else None
-    return RecordedData(str(folder), sets, friction, absent)
+    names = tuple(map(shown, absent))
+    return RecordedData(shown(str(folder)), sets, next(iter(books), None), names)
 
 
 def _files(folder: Path) -> tuple[list[Path], tuple[str, ...]]:
     """The files that may hold recordings, and the names of those that are only pointers."""
-    files = sorted(f for f in folder.rglob("*") if f.suffix in _SUFFIXES and f.is_file())
-    pointers = [each for each in files if _begins(each, _POINTER)]
+    files = sorted(f for f in folder.rglob("*") if f.suffix.lower() in _SUFFIXES and f.is_file())
+    pointers = [each for each in files if _begin(each).startswith(_POINTER)]
     names = tuple(str(each.relative_to(folder)) for each in pointers)
     return [each for each in files if each not in pointers], names
 
@@ -100,9 +100,9 @@ def _uskin(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData
 
 def _plain(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]:
     """Recordings in the plain format, all as one set."""
-    plain = (each for each in files if each.suffix == ".csv" and _begins(each, b"time_s"))
+    plain = (each for each in files if each.suffix.lower() == ".csv" and _is_plain(each))
     own: list[Recording] = _read(read_csv, plain, errors)
-    hdf5 = (each for each in files if each.suffix in (".h5", ".hdf5"))
+    hdf5 = (each for each in files if each.suffix.lower() in (".h5", ".hdf5"))
     own += [each for part in _read(read_hdf5, hdf5, errors) for each in part]
     yield from _judged("plain format", "CSV and HDF5", "none", own)
 
@@ -134,10 +134,15 @@ def _read(
     return found
 
 
-def _begins(path: Path, content: bytes) -> bool:
+def _is_plain(path: Path) -> bool:
+    begin = _begin(path).replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xff\xfe \"'")
+    return begin[:4].lower() == b"time"  # UTF-16 has zeros; a wrong name is a fault.
+
+
+def _begin(path: Path) -> bytes:
     try:
         with path.open("rb") as stream:
-            return stream.read(len(content)) == content
+            return stream.read(len(_POINTER))
     except OSError as error:
         fault = Fault("recording", str(path), "a readable file", error.strerror or "open it")
         raise DesignError([fault]) from None
