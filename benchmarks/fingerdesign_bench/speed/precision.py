@@ -57,8 +57,10 @@ def shown(found: Precision, folder: Path, begun: dict[str, Any]) -> Shown:
     pictures = []
     for chart in found.charts:
         path = folder / f"precision-{chart.key}.png"
-        draw = draw_fingers if chart.fingers else draw_chart
-        pictures.append(draw(found, chart, caption(begun), path))
+        if chart.fingers:
+            pictures.append(draw_fingers(found, chart, path))
+        else:
+            pictures.append(draw_chart(found, chart, caption(begun), path))
     rows = [point.row() for point in found.points]
     return Shown(
         machine=begun,

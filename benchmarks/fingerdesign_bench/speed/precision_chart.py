@@ -32,30 +32,27 @@ def draw_chart(found: Precision, chart: Chart, machine: str, path: Path) -> Path
         return save(figure, path)
 
 
-def draw_fingers(found: Precision, chart: Chart, machine: str, path: Path) -> Path:
-    """Draw errors against operations and processor time, in panels that all fingers share."""
+def draw_fingers(found: Precision, chart: Chart, path: Path) -> Path:
+    """Draw errors against operations, which no load of the machine changes, in panels that all
+    fingers share."""
     panels = {"forces, relative": list(QUANTITIES)[:2]}
     panels |= {QUANTITIES[key]: [key] for key in list(QUANTITIES)[2:]}
-    works = {"gflop": "Gflop of the factorisation", "cpu_s": "processor time, s"}
     with house_style():
-        foot = [f"Thin: a finger; thick: the geometric mean. {NORM}.", machine]
-        figure, top = footed(2.0 * _ROW + 0.4, foot, chart.title)
-        grid = top.subplots(len(works), len(panels), squeeze=False, sharex="row", sharey="col")
-        for row, (work, words) in zip(grid, works.items(), strict=True):
-            for axes, (title, keys) in zip(row, panels.items(), strict=True):
-                axes.set(xscale="log", yscale="log", title=title, xlabel=words)
-                for number, line in enumerate(chart.groups[0].lines):
-                    own = [p for p in found.points if (p.chart, p.line) == (chart.key, line.label)]
-                    _draw_method(axes, number, [p for p in own if not p.failure], work, keys)
-                tick(axes.xaxis)
-            row[0].set_ylabel("worst error")
-        grid[0][-1].legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=7.5)
+        foot = [f"Thin: a finger; thick: the geometric mean. {NORM}."]
+        figure, top = footed(_ROW + 0.4, foot, chart.title)
+        row = top.subplots(1, len(panels))
+        for axes, (title, keys) in zip(row, panels.items(), strict=True):
+            axes.set(xscale="log", yscale="log", title=title, xlabel="Gflop of the factorisation")
+            for number, line in enumerate(chart.groups[0].lines):
+                own = [p for p in found.points if (p.chart, p.line) == (chart.key, line.label)]
+                _draw_method(axes, number, [p for p in own if not p.failure], keys)
+            tick(axes.xaxis)
+        row[0].set_ylabel("worst error")
+        row[-1].legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=7.5)
         return save(figure, path)
 
 
-def _draw_method(
-    axes: Axes, number: int, points: Sequence[Point], work: str, keys: Sequence[str]
-) -> None:
+def _draw_method(axes: Axes, number: int, points: Sequence[Point], keys: Sequence[str]) -> None:
     """Draw work and error of a method: a thin line a finger, a thick one of their means."""
     if not points:
         return
@@ -63,7 +60,7 @@ def _draw_method(
     fingers: dict[str, Any] = {}
     sizes: dict[float, Any] = {}
     for point in points:
-        value = (getattr(point, work), max(point.error(key) or 1e-9 for key in keys))
+        value = (point.gflop, max(point.error(key) or 1e-9 for key in keys))
         fingers.setdefault(point.group, []).append(value)
         sizes.setdefault(point.size_mm, []).append(np.log(value))
     for values in fingers.values():
