@@ -33,10 +33,8 @@ MOST_TURN_DEG = 10.0  # An object that has turned by more counts as dropped.
 # Of the moment of the weight: what the spring would carry of it at MOST_TURN_DEG, if it did not
 # rest again after each increment. A thousandth made matrices too stiff for small residuals.
 _SPRING = 0.03
-_ITERATIONS, _SETTLED = (
-    1000,
-    1e-10,
-)  # The second of the force: near a least one its place counts less.
+_ITERATIONS = 1000
+_SETTLED = 1e-10  # Of the force: near a least one the place of the axis counts less.
 _STILL = 1e-9  # of the largest slip: nearer to the axis of the turn a node counts as so far off
 
 

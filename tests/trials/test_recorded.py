@@ -615,3 +615,10 @@ def test_a_workbook_of_no_forces_is_refused(sheet, old, new, tmp_path):
             archive.writestr(name, content)
     with pytest.raises(DesignError, match=r"EXPERIMENTAL_DATA_1\.xlsx: must be"):
         friction.read_friction(path)
+
+
+def test_of_two_workbooks_none_is_chosen_in_silence(tmp_path):
+    for name in "12":
+        workbook(tmp_path / f"EXPERIMENTAL_DATA_{name}.xlsx")
+    with pytest.raises(DesignError, match=r"DATA_1\.xlsx, .*DATA_2\.xlsx: must be one such file"):
+        sets.judge_recorded(tmp_path)

@@ -58,17 +58,18 @@ def judge_recorded(folder: Path) -> RecordedData:
         raise DesignError([Fault("--recorded", str(folder), "a folder of recordings", remedy)])
     files, absent = _files(folder)
     errors: list[DesignError] = []
-    books = _read(read_friction, (f for f in files if f.match(pillars.PATTERN)), errors)
+    books = [each for each in files if each.match(pillars.PATTERN)]
+    laws = _read(read_friction, _only(books, errors), errors)
     sets = (*_eflesh(files, errors), *_uskin(files, errors), *_plain(files, errors))
     if errors:
         raise DesignError.together(errors)
-    if not sets and not books:
+    if not sets and not laws:
         remedy = "docs/how_to/recorded.md has the layouts"
         remedy = f"fetch {absent[0]} and others by git lfs pull" if absent else remedy
         bound = "a folder that holds recordings of a known layout"
         raise DesignError([Fault("--recorded", str(folder), bound, remedy)])
     names = tuple(map(shown, absent))
-    return RecordedData(shown(str(folder)), sets, next(iter(books), None), names)
+    return RecordedData(shown(str(folder)), sets, next(iter(laws), None), names)
 
 
 def _files(folder: Path) -> tuple[list[Path], tuple[str, ...]]:
@@ -84,7 +85,8 @@ def _eflesh(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetDat
     folders = [each.parent for each in files if each.name == "seq_0.pt"]
     classifiers = [each for each in files if each.name == eflesh.CLASSIFIER]
     tugs = [each for part in _read(eflesh.read_eflesh, folders, errors) for each in part]
-    theirs = _read(eflesh.authors_detector, classifiers[:1] if tugs else [], errors)
+    classifier = _only(classifiers, errors) if tugs else []
+    theirs = _read(eflesh.authors_detector, classifier, errors)
     source = "notvenky/eFlesh, MIT"
     yield from _judged("eFlesh", source, "95 % right on unseen objects (paper)", tugs, theirs)
     test = eflesh.authors_test(tugs) if theirs and len(tugs) == eflesh.ALL else []
@@ -132,6 +134,16 @@ def _read(
         except DesignError as error:
             errors.append(error)
     return found
+
+
+def _only(files: Sequence[Path], errors: list[DesignError]) -> Sequence[Path]:
+    """The file, if any; of two the user decides which one counts."""
+    if len(files) > 1:
+        names = ", ".join(shown(str(each)) for each in files)
+        errors.append(
+            DesignError([Fault("--recorded", names, "one such file", "leave out others")])
+        )
+    return files[:1]
 
 
 def _is_plain(path: Path) -> bool:
