@@ -396,7 +396,7 @@ def test_one_command_judges_every_set(every_set, tmp_path, capsys):
     shown = capsys.readouterr().out
     data = json.loads((tmp_path / "recorded" / "recorded.json").read_text("utf-8"))
     assert [each["name"] for each in data["sets"]] == ["eFlesh", "uSkin", "plain format"]
-    assert data["absent"] == ["large.h5"]
+    assert data["unread"] == ["large.h5: a pointer of Git LFS: git lfs pull fetches it"]
     page = (tmp_path / "recorded" / "recorded.html").read_text("utf-8")
     for each in data["sets"]:
         assert each["name"] in shown
@@ -615,6 +615,24 @@ def test_a_workbook_of_no_forces_is_refused(sheet, old, new, tmp_path):
             archive.writestr(name, content)
     with pytest.raises(DesignError, match=r"EXPERIMENTAL_DATA_1\.xlsx: must be"):
         friction.read_friction(path)
+
+
+def test_every_file_that_is_not_read_is_named_with_the_reason(tmp_path, capsys):
+    folder, text = tmp_path / "sets", as_csv(*recorded_pull(noise=1e-3))
+    (folder / "inside").mkdir(parents=True)
+    (folder / "good.csv").write_text(text, "utf-8")
+    for k in range(11):
+        (folder / "inside" / f"other_{k:02}.csv").write_text(text.replace("time_s", "t"), "utf-8")
+    (folder / "sheet.xlsx").write_bytes(b"")
+    (folder / "link").symlink_to(tmp_path)
+    unread = sets.judge_recorded(folder).unread
+    assert unread[0] == "link: links to folders are not followed"
+    assert unread[1] == "inside/other_00.csv: its first column is not time_s"
+    assert unread[-1] == "sheet.xlsx: of no known layout"
+    assert main(["study", "--recorded", str(folder), "--out", str(tmp_path)]) == 0
+    shown = capsys.readouterr().out
+    assert "not read: link" in shown
+    assert "3 more, in recorded.json" in shown
 
 
 def test_of_two_workbooks_none_is_chosen_in_silence(tmp_path):

@@ -245,11 +245,12 @@ def unknown_effect(reason: str, of: str = "the plates' tolerance does") -> dict[
 
 
 def effect_sentences(design: Design, found: Mapping[str, Any], row: Mapping[str, Any]) -> list[str]:
-    """Sentences on the effect of placement: of the plates, of the whole row."""
+    """Sentences on the effect of placement: of all together, of the plates, of the whole row."""
     constant = design.body.shape in ("arc", "block") and design.extruded
     guide = found["fidelity"] == "plane-strain" and not constant
     embedded = any(frame.span < design.body.depth_mm - 1e-9 for frame in plate_frames(design))
-    return _items(macros(TEMPLATES / "notes.j2").effect(found, row, guide, embedded, percent))
+    worst = placement_worst({**found, "row": row})
+    return _items(macros(TEMPLATES / "notes.j2").effect(found, row, worst, guide, embedded, percent))
 
 
 def percent(share: float) -> str:
