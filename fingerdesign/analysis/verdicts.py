@@ -254,8 +254,8 @@ def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     brings = f"lifts at μ {grip.friction_coefficient:g}"
     gentlest = min(result.grips, key=lambda each: each.least_force_N)
     crushes = needed >= MOST_FORCE * gentlest.least_force_N
-    but = f"; crushes at μ {gentlest.friction_coefficient:g}" if crushes else ""
-    yield Fix('grip.controller = "fixed_force"', brings, f"Coulomb{but}")
+    but = f", crushes at μ {gentlest.friction_coefficient:g}" if crushes else ""
+    yield Fix('grip.controller = "fixed_force"', brings + but, "Coulomb")
     yield Fix(f"grip.fixed_force.force_N = {needed:.3g}", "with the line above")
     travel, deep = (
         result.parameters.get("grip.max_approach_mm"),

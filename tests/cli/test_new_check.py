@@ -74,6 +74,7 @@ def test_check_reports_every_fault_of_every_file(terminal):
     assert len(lines) == 4
     assert "absent.toml" in lines[3]
     assert "good" in captured.out
+    assert "slip sensing is not forecast" in captured.out
 
 
 @pytest.mark.parametrize(
@@ -108,8 +109,7 @@ def test_a_faulty_scene_leaves_no_forecast_of_another(rows, terminal):
     shown = terminal("check", "narrow", "--scene", "wrong.toml", code=2)
     assert "path.increments_mm" in shown.err
     assert "Distances" not in shown.out
-    sound = terminal("check", "narrow", "--scene", "fundamental").out
-    assert all(words in sound for words in ("Distances", "gage signal", "slip sensing is not forecast"))
+    assert "Distances" in terminal("check", "narrow", "--scene", "fundamental").out
     shown = terminal("check", "narrow", "--scene", "wrong.toml", "--json", code=2).out
     assert json.loads(shown)[-1]["sound"] is (rows != "[[9.0, 0.0]]")
 

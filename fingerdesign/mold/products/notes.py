@@ -32,7 +32,7 @@ from fingerdesign.report.page import macros
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 _STEEP = 0.2  # sine of a plate's angle, from which a pitch parts plates
-_PITCHES = 10  # A curved surface turns plates toward each other: some tenths of a millimetre.
+_PITCHES = 100  # A curved surface turns plates toward each other: some tenths of a millimetre.
 SURFACE_TENSION_N_M = 0.021  # of silicone oils; cured and uncured rubber differ little
 
 
@@ -216,16 +216,17 @@ def bridged_gap(plan: MoldPlan) -> tuple[PlateGap, float, float, float, float | 
 
 
 def _sound_pitch(design: Design, least: float, apart: float) -> float | None:
-    """The first pitch from ``least`` mm on, in tenths, whose plates are ``apart`` mm from each
+    """The first pitch from ``least`` mm on, in hundredths, whose plates are ``apart`` mm from each
     other; None where a design with it is not sound."""
-    for tenths in range(math.ceil(10.0 * least), math.ceil(10.0 * least) + _PITCHES):
+    first = math.ceil(100.0 * least)
+    for pitch in (number / 100.0 for number in range(first, first + _PITCHES)):
         try:
-            trial = with_values(design, {"plates.pitch_mm": tenths / 10.0})
+            trial = with_values(design, {"plates.pitch_mm": pitch})
         except DesignError:
             return None
         gap = least_gap(plate_frames(trial)) if is_sound(trial) else None
         if gap is None or gap.distance >= apart:
-            return None if gap is None else tenths / 10.0
+            return None if gap is None else pitch
     return None
 
 
