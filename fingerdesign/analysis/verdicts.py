@@ -249,7 +249,7 @@ def _lift_fixes(result: Result) -> Iterator[Fix]:
 
 
 def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
-    """A firm hold by one force, as deep as it needs; or less mass."""
+    """A firm hold by one force, as deep as it needs, with its price; or less mass."""
     needed, grip = max(((_firm_hold(each), each) for each in failing), key=lambda pair: pair[0])
     brings = f"lifts at μ {grip.friction_coefficient:g}"
     gentlest = min(result.grips, key=lambda each: each.least_force_N)
@@ -264,7 +264,8 @@ def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     if deep and isinstance(travel, int | float) and 1.2 * deep > travel:
         yield Fix(f"grip.max_approach_mm = {1.2 * deep:.2g}", "with the line above")
     light = grip.object_mass_g * grip.peak_normal_force_N / needed  # The force reached holds it.
-    if light < grip.object_mass_g and (change := _masses(result.grips, heaviest=light)):
+    lighter = light < grip.object_mass_g and not crushes  # so much less mass is crushed as well
+    if lighter and (change := _masses(result.grips, heaviest=light)):
         yield Fix(change, brings, "Coulomb")
 
 

@@ -49,6 +49,7 @@ def test_one_force_for_a_wide_range_of_friction_is_offered_with_its_price(result
         fixes = verdict_view(replace(result, grips=tuple(grips), measurability=None)).fixes
         brings = next(each.brings for each in fixes if "fixed_force" in each.change)
         assert brings == f"lifts at μ 0.2{price}"
+        assert any("object_mass_g" in each.change for each in fixes) == (not price)
 
 
 def test_a_fix_names_a_material_that_exists_and_reaches_the_target(result):
