@@ -112,8 +112,7 @@ def test_the_spread_is_that_of_fingers_drawn_by_the_linear_model(three, section,
     most = np.abs(found.readings.reading).max(axis=1)[:, None]
     drawn = np.einsum("rgp,np->nrg", found.reading, ways.reshape(4000, -1)) / most
     assert reported["std"] == pytest.approx(np.sqrt(drawn.var(axis=0).mean()), rel=0.04)
-    whole = percent(placement_worst(reported))
-    assert reported["sentences"][0].startswith(f"Plates off their places change a reading by up to {whole}")
+    assert f"by up to {percent(placement_worst(reported))} " in reported["sentences"][0]
     assert any(f"scatter by {percent(reported['std'])}" in each for each in reported["sentences"])
 
 

@@ -250,8 +250,8 @@ def effect_sentences(design: Design, found: Mapping[str, Any], row: Mapping[str,
     constant = design.body.shape in ("arc", "block") and design.extruded
     guide = found["fidelity"] == "plane-strain" and not constant
     embedded = any(frame.span < design.body.depth_mm - 1e-9 for frame in plate_frames(design))
-    worst = placement_worst({**found, "row": row})
-    return _items(macros(TEMPLATES / "notes.j2").effect(found, row, worst, guide, embedded, percent))
+    worst, text = placement_worst({**found, "row": row}), macros(TEMPLATES / "notes.j2")
+    return _items(text.effect(found, row, worst, guide, embedded, percent))
 
 
 def percent(share: float) -> str:

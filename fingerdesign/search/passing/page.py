@@ -24,8 +24,8 @@ from fingerdesign.search.study.metrics import METRICS
 # Metrics that a user may miss after a search for verdicts.
 _GIVEN_UP = ("plates", "stiffness_N_per_mm", "peak_pressure_MPa", "rubber_volume_ml")
 
-LACKS = """A hand lacks 0 if it lifts at every friction with a force between the limits. A lift that fails
-adds 1 to 2; a force that is twice beyond a limit adds 1."""
+LACKS = """A hand lacks 0 if it lifts at every friction with a force between the limits. A lift that
+fails adds 1 to 2; a force that is twice beyond a limit adds 1."""
 
 
 def passing_page(design: Design, found: Found) -> str:
