@@ -170,8 +170,8 @@ def _show_recorded(data: sets.RecordedData, report: Path) -> None:
         print_table(each.caption, each.columns, each.rows)
     for found in page.verdicts(data):
         say_marked(found.sign, f"{found.name}: {found.number}, {found.target}, {found.count}")
-    for each in page.unread(data):
-        say_marked(SIGNS["warning"], f"not read: {each}")
+    for words in page.unread(data):
+        say_marked(SIGNS["warning"], f"not read: {words}")
     click.echo(f"report: {report}")
 
 

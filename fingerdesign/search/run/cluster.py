@@ -231,8 +231,8 @@ class Cluster(ExitStack):
                 threads_per_worker=threads,
                 processes=False,
                 memory_limit=0,  # the children's memory is what counts
-                dashboard_address=None,
-                worker_dashboard_address=None,
+                dashboard_address="127.0.0.1:0",  # on this machine alone
+                worker_dashboard_address="127.0.0.1:0",
                 silence_logs=False,
             )
         )

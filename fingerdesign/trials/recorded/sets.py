@@ -84,7 +84,7 @@ def _files(folder: Path) -> tuple[list[Path], dict[Path, str]]:
     def closed_folder(error: OSError) -> None:
         unread[Path(error.filename)] = error.strerror or "it cannot be opened"
 
-    for place, folders, names in os.walk(folder, closed_folder):
+    for place, folders, names in os.walk(folder, onerror=closed_folder):
         links = (Path(place, name) for name in folders if Path(place, name).is_symlink())
         unread |= dict.fromkeys(links, "links to folders are not followed")
         every = (Path(place, name) for name in names)
