@@ -149,7 +149,7 @@ def _figure(data: RecordedData) -> style.ReportFigure:
         _draw_scores(axes, own)
     if data.friction is not None:
         _draw_forces(every[-1], data.friction)
-    style.shared_legend(every, 3)
+    style.shared_legend(every, columns)
     found = " ".join(f"{each.name}: {each.number}, {each.target}." for each in verdicts(data))
     return caption_drawing(figure, WORDS, "recorded_figure", "recorded", found=found)
 
