@@ -249,8 +249,8 @@ def export() -> None:
 @click.option(
     "--tune",
     is_flag=True,
-    help="Tune the controllers first, each on 1808 grips: 1 to 10 minutes each on a free core; all "
-    "of them and the study take some 40 minutes on two.",
+    help="Tune the controllers first, each on 1808 grips: 1 to 5 minutes each on a free core, more "
+    "on a busy one; all of them and the study took 40 minutes on two.",
 )
 @click.option("--perturbed", is_flag=True, help="On fingers drawn with faults.")
 @click.option(
