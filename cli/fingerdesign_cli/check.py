@@ -292,13 +292,15 @@ def _show_lifts(held: list[tuple[str, Lift]]) -> None:
             number(each.tangential_force_N),
             number(each.approach_mm),
             *(_contact_cells(each) if details() else ()),
-            {True: "pass", False: "fail", None: "note"}[each.measurable],
+            {True: "likely pass", False: "likely fail", None: "open"}[each.measurable],
         ]
         for name, each in held
     ]
     headings = ["design", "g", "friction", "F_n N", "F_t N", "approach, mm"]
-    headings += [*(["half-width", "nodes 2-D / 3-D"] if details() else []), "gages tell slip"]
+    headings += [*(["half-width", "nodes 2-D / 3-D"] if details() else []), "gage signal"]
     print_table("Lift with a margin of 1.5 (forecast)", headings, rows)
+    say_marked("", "gage signal: the verdict of that name; open: too near its target to forecast")
+    say_marked("", "slip sensing is not forecast: analyse judges it")
 
 
 def _contact_cells(found: Lift) -> tuple[str, str]:

@@ -20,7 +20,7 @@ from fingerdesign.search.study.variants import (
     points,
     variant_of,
 )
-from fingerdesign_cli.inputs import naming_out
+from fingerdesign_cli.inputs import GOES_ON, interrupted, naming_out
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.search import line
 from fingerdesign_cli.terminal import as_json, print_table, progress, quiet
@@ -54,6 +54,7 @@ class Choice(Options):
         )
 
 
+@interrupted(GOES_ON)
 def generate(
     study_file: Path,
     out: Path,

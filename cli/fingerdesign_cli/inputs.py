@@ -22,6 +22,8 @@ from fingerdesign.runtime.journal import held
 from fingerdesign.runtime.progress import Progress
 from fingerdesign_cli.terminal import progress, quiet
 
+GOES_ON = "finished work is stored: run the same command to go on"
+
 
 def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design, Scene | None]:
     """Return a design and a scene, each of a file or shipped under that name.
@@ -120,6 +122,16 @@ def refuse_foreign(kind: RecordFolder, target: Path, option: str = "--out") -> N
 
 
 @contextmanager
+def interrupted(stored: str) -> Iterator[None]:
+    """Give an interruption of the block, or of the function that this decorates, the words for
+    what becomes of its work; main prints them."""
+    try:
+        yield
+    except KeyboardInterrupt as stopped:
+        raise KeyboardInterrupt(stored) from stopped
+
+
+@contextmanager
 def recorded(
     kind: RecordFolder, target: Path, journal: Path | None = None, option: str = "--out"
 ) -> Iterator[tuple[Path, Progress]]:
@@ -129,7 +141,8 @@ def recorded(
     stands. option: see :func:`naming_out`.
     """
     refuse_foreign(kind, target, option)
-    with folders_above(target), held(journal) if journal is not None else nullcontext():
+    own = nullcontext() if journal is None else interrupted(GOES_ON)
+    with own, folders_above(target), held(journal) if journal is not None else nullcontext():
         with kind.written(target) as folder, progress(target.name) as show:
             yield folder, show
         if journal is not None:

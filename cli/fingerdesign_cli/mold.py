@@ -16,7 +16,7 @@ from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
-from fingerdesign_cli.inputs import folders_above, read_case, recorded, refuse_foreign
+from fingerdesign_cli.inputs import folders_above, interrupted, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
     WIDTH,
@@ -51,11 +51,9 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})
     refuse_foreign(FOLDER, out / name)
     passed = older_passed(out / name)
-    try:
-        with folders_above(out / name), progress(name) as show:
-            report = write_mold(design, out / name, show)
-    except KeyboardInterrupt as stopped:  # main prints its words
-        raise KeyboardInterrupt("nothing of the mold is stored") from stopped
+    nothing = interrupted("nothing of the mold is stored")
+    with nothing, folders_above(out / name), progress(name) as show:
+        report = write_mold(design, out / name, show)
     say_result(lambda: report, lambda: _show(report, out / name, cautions_of(design)))
     open_page(out / name / "report.html")
     if report["failure"] is None:
@@ -85,10 +83,8 @@ def tolerance(
     stem = scene_file.stem if scene_file is not None else ""
     with recorded(FOLDER, out / name) as (folder, show):
         draws = None if within is None else Draws(0.01 * within, workers or usable_cores())
-        try:
+        with interrupted("nothing of the tolerances is stored"):
             found = tolerance(design, scene, fidelity, lambda message: show(message), stem, draws)
-        except KeyboardInterrupt as stopped:  # main prints its words
-            raise KeyboardInterrupt("nothing of the tolerances is stored") from stopped
         write_tolerance(found, folder)
     say_result(found.data, lambda: say_block(view_of(found), out / name))
     open_page(out / name / "report.html")
@@ -129,7 +125,7 @@ def _show_facts(report: MoldData, general: Collection[str]) -> None:
     if report["silicone"] is not None:
         say_marked("", report["silicone"]["sentence"])
     if report["placement"] is not None:
-        for sentence in report["placement"]["sentences"][:3:2]:  # Each plate, and the spread.
+        for sentence in report["placement"]["sentences"][:2]:  # All together, and the spread.
             say_marked("", sentence)
     for warning in report["warnings"]:
         if details() or warning not in general:

@@ -17,7 +17,8 @@ from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text, kind_of
-from fingerdesign.records.outcome import Outcome
+from fingerdesign.errors import printable
+from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULTS
 from fingerdesign.runtime.extras import needs
@@ -59,7 +60,7 @@ from fingerdesign.search.study.file import Study, parse_study
 from fingerdesign.search.study.variants import base_design, number_of_points, variants
 from fingerdesign.studio.document import edited_text
 from fingerdesign_cli.analyse import Products, answer_of
-from fingerdesign_cli.inputs import refuse_foreign
+from fingerdesign_cli.inputs import GOES_ON, interrupted, refuse_foreign
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
     as_json,
@@ -75,6 +76,7 @@ _NUMBER = re.compile(r"-(\d{4,6})(?:-3d|-auto)?$")
 _SHOWN = 12  # Changed keys in the terminal; the page has all.
 _MOST_NAME = 54  # Characters of a name that leave room for its ending.
 _PLAIN_S = 8.0  # between plain lines, where stderr is no terminal; looks are 2 s apart
+_FAILURES = 3  # are shown with their reason while a study runs; its report has all
 _KINDS = {
     "invalid": "invalid",
     "refused": "refused",
@@ -86,15 +88,17 @@ _KINDS = {
 
 
 class StudyProgress:
-    """Shows the progress of a study, on a bar, in plain lines, or a JSON line an outcome.
+    """Shows the progress of a study, on a bar, in plain lines, or a JSON line an outcome; the first
+    failures with their reason.
 
-    cluster: its dashboard's address is reported when it has started. silent: no such lines.
+    cluster: the address of a scheduler's dashboard is reported when it has started. silent: no such
+    lines.
     """
 
     def __init__(self, show: Progress, cluster: Cluster, silent: bool = False) -> None:
         self._show, self._cluster = show, cluster
         self._quiet, self._as_json = silent or quiet(), as_json() and not silent
-        self._dashboard_shown = False
+        self._dashboard_shown, self._failures = False, 0
         self._next, self._waited = 0.0, False
         self._start, self._last = time.monotonic(), ""
         self.last: Standing | None = None
@@ -107,6 +111,8 @@ class StudyProgress:
             self._dashboard()
         if self._as_json and standing.outcome is not None:
             line(reported(standing))
+        elif standing.outcome is not None and standing.outcome.failure is not None:
+            self._failed(standing.outcome.name, standing.outcome.failure)
         now = time.monotonic()
         news = standing.number == standing.of or standing.waiting != self._waited
         if news or sys.stderr.isatty() or now >= self._next:
@@ -120,10 +126,18 @@ class StudyProgress:
 
     def _dashboard(self) -> None:
         address = self._cluster.dashboard
-        if self._as_json:
+        if self._as_json and address:
             line({"dashboard": address})
-        elif not self._quiet:
-            click.echo(f"Dask dashboard: {address or 'none (it needs bokeh)'}", err=True)
+        elif address and not self._quiet:
+            click.echo(f"Dask dashboard: {address}", err=True)
+
+    def _failed(self, name: str, failure: Failure) -> None:
+        self._failures += 1
+        if self._quiet or self._failures > _FAILURES:
+            return
+        reason = printable(f"{name} {_KINDS[failure.kind]}: {' '.join(failure.sentence.split())}")
+        more = "; the report will have the causes of further failures"
+        click.echo(reason + more * (self._failures == _FAILURES), err=True)
 
 
 def words(standing: Standing) -> str:
@@ -248,6 +262,7 @@ class FreeKeys(Options):
     free: tuple[str, ...]
 
 
+@interrupted(GOES_ON)
 def optimise(
     study_file: Path, out: Path, trials: int | None, keys: FreeKeys, setting: Setting
 ) -> int:
@@ -414,6 +429,7 @@ class _SearchProgress:
         self._show(replace(now, **shown, left=left, seconds=seconds))
 
 
+@interrupted(GOES_ON)
 def sweep(study_file: Path, out: Path, shard: str | None, setting: Setting) -> int:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them."""
     needs("search", "distributed")

@@ -48,7 +48,7 @@ from fingerdesign.sensing.identify.trace_report import (
 )
 from fingerdesign.sensing.model import grip_problem, gripped_case
 from fingerdesign.sensing.train.estimator import TrainingResult
-from fingerdesign_cli.inputs import estimator_for, read_case, recorded
+from fingerdesign_cli.inputs import estimator_for, interrupted, read_case, recorded
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import open_page, print_table, say, say_result
 
@@ -85,9 +85,10 @@ def train(
     name = design.design.name
     kind = RecordFolder("training result", "training.json", ("training.json", "estimator.json"))
     with recorded(kind, out / name) as (folder, show):
-        result = training_result_for(
-            design, lambda message: show(message, 0.0), workers or usable_cores(), fidelity
-        )
+        with interrupted("an unfinished training is not stored"):
+            result = training_result_for(
+                design, lambda message: show(message, 0.0), workers or usable_cores(), fidelity
+            )
         result = replace(result, estimator=result.estimator.at_noise(noise))
         record = {k: v for k, v in json.loads(training_text(result)).items() if k != "estimator"}
         (folder / "estimator.json").write_text(result.estimator.to_json(), encoding="utf-8")

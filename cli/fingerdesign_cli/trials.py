@@ -170,8 +170,8 @@ def _show_recorded(data: sets.RecordedData, report: Path) -> None:
         print_table(each.caption, each.columns, each.rows)
     for found in page.verdicts(data):
         say_marked(found.sign, f"{found.name}: {found.number}, {found.target}, {found.count}")
-    if data.absent:
-        say_marked(SIGNS["warning"], f"{len(data.absent)} files are pointers: git lfs pull")
+    for words in page.unread(data):
+        say_marked(SIGNS["warning"], f"not read: {words}")
     click.echo(f"report: {report}")
 
 

@@ -42,7 +42,6 @@ _PRINTED = ("abs", "pla")  # A printer makes them, and nobody sells them as thin
 _LEAST_PLATE_MPA = 1e3  # Softer materials of the library are rubbers.
 _LEAST_GAIN = 1.5  # A fix that gains less is not worth its line.
 _LISTED = 4  # More friction coefficients are shown as a range.
-_COUNT_WIDE = 15  # A longer count does not fit a terminal's line.
 _NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
 _Key = TypeVar("_Key", str, float)
 
@@ -112,7 +111,7 @@ def slip_sensing(studies: Sequence[SlipStudySummary]) -> Verdict:
     ranks = _span((each.rank_correlation or 0.0 for each in found), ".2f")
     status: Status = "pass" if good == len(found) else "fail"
     target = f"target {GOOD_CORRELATION:.2f}"
-    count = _counted(good, [each.friction_coefficient for each in found])
+    count = f"{good} of {len(found)} μ"
     return Verdict(status, "slip sensing", f"rank correlation {ranks}", target, count)
 
 
@@ -140,7 +139,8 @@ def _lift(grips: Sequence[GripResult], good: Sequence[GripResult]) -> Verdict:
     masses = _span({grip.object_mass_g for grip in grips}, "g").replace(" ... ", "–")
     ranged = len({grip.object_mass_g for grip in grips}) > 1
     bad = [each for each in grips if not lifts(each)]
-    found = f"μ {_listed({each.friction_coefficient for each in good})}" if good else "at no μ"
+    found = f"friction μ {_listed({each.friction_coefficient for each in good})}"
+    found = found if good else "at no friction μ"
     if ranged and good and bad:
         found = _not_lifted(bad)
     count = f"{len(good)} of {len(grips)} {'lifts' if ranged else 'μ'}"
@@ -188,7 +188,7 @@ def _gage_signal(found: Measurability) -> Verdict:
     smallest, target = found.smallest_stick_change, found.wanted_stick_change
     worst = max(found.states, key=lambda each: each.smallest_stick_change)
     masses = {two_digits(each.object_mass_g) for each in found.states}
-    count = _counted(good, [each.friction_coefficient for each in found.states])
+    count = f"{good} of {len(found.states)} μ"
     if len(masses) > 1:
         count = f"at {two_digits(worst.object_mass_g)} g"
     if status == "fail":
@@ -249,13 +249,13 @@ def _lift_fixes(result: Result) -> Iterator[Fix]:
 
 
 def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
-    """A firm hold by one force, as deep as it needs; or less mass."""
+    """A firm hold by one force, as deep as it needs, with its price; or less mass."""
     needed, grip = max(((_firm_hold(each), each) for each in failing), key=lambda pair: pair[0])
     brings = f"lifts at μ {grip.friction_coefficient:g}"
     gentlest = min(result.grips, key=lambda each: each.least_force_N)
     crushes = needed >= MOST_FORCE * gentlest.least_force_N
-    but = f"; crushes at μ {gentlest.friction_coefficient:g}" if crushes else ""
-    yield Fix('grip.controller = "fixed_force"', brings, f"Coulomb{but}")
+    but = f", crushes at μ {gentlest.friction_coefficient:g}" if crushes else ""
+    yield Fix('grip.controller = "fixed_force"', brings + but, "Coulomb")
     yield Fix(f"grip.fixed_force.force_N = {needed:.3g}", "with the line above")
     travel, deep = (
         result.parameters.get("grip.max_approach_mm"),
@@ -264,7 +264,8 @@ def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     if deep and isinstance(travel, int | float) and 1.2 * deep > travel:
         yield Fix(f"grip.max_approach_mm = {1.2 * deep:.2g}", "with the line above")
     light = grip.object_mass_g * grip.peak_normal_force_N / needed  # The force reached holds it.
-    if light < grip.object_mass_g and (change := _masses(result.grips, heaviest=light)):
+    lighter = light < grip.object_mass_g and not crushes  # so much less mass is crushed as well
+    if lighter and (change := _masses(result.grips, heaviest=light)):
         yield Fix(change, brings, "Coulomb")
 
 
@@ -410,14 +411,6 @@ def _span(values: Iterable[float], form: str) -> str:
     every = list(values)
     low, high = format(min(every), form), format(max(every), form)
     return low if low == high else f"{low} ... {high}"
-
-
-def _counted(good: int, frictions: Sequence[float]) -> str:
-    """Number of good friction coefficients, and their range where a line has room for it."""
-    low, high = min(frictions), max(frictions)
-    count = f"{good} of {len(frictions)} μ"
-    named = f"{count} {low:g}" if low == high else f"{count} {low:g}–{high:g}"
-    return named if len(named) <= _COUNT_WIDE else count
 
 
 def _listed(values: Iterable[float]) -> str:

@@ -90,11 +90,13 @@ def _verdicts(data: MoldData) -> Iterator[Verdict]:
     else:
         number = f"{failing} of {checked} checks failed"
         yield Verdict("fail", "not ready", number, "see findings before anything is printed")
-    gage = data["sensor"]["gage"]
+    gage, to_measure = data["sensor"]["gage"], data["sensor"]["to_measure"]
     yield from _effect("plates' places", data["sensor"]["reading_error"], MOST_ERROR)
     yield from _effect("leads", data["sensor"]["lead_error"], MOST)
     if data["plates"]:
-        yield Verdict("pass" if gage else "fail", "gage on sale", gage or "none fits the plates")
+        words = f"{gage}, {'made to measure' if to_measure else 'on sale'}"
+        words = words if gage else "none on sale fits the plates"
+        yield Verdict("pass" if gage else "fail", "gage", words)
     if data["parts"]:
         yield Verdict("note", "parts", f"{len(data['parts'])} parts and {_bolts(data)} bolts")
     if data["hours"]:

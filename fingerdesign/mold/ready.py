@@ -59,6 +59,7 @@ def sensor_of(
         "reading_error": placement_worst(placement) if fit and _is_known(placement) else None,
         "lead_error": leads["reading_error"] if fit and leads and _is_known(leads) else None,
         "gage": None if type_ is None else type_.name,
+        "to_measure": type_ is not None and type_.to_measure,
         "reasons": [reason for reason, _ in found],
         "fix": fix if all(lines for _, lines in found) else [],
     }

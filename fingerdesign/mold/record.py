@@ -194,6 +194,7 @@ class SensorData(TypedDict):
         Size | None, Field(description="worst change of a reading by leads, share; null: n/a")
     ]
     gage: Annotated[str | None, Field(description="the type that fits the plates; null: none")]
+    to_measure: Annotated[bool, Field(description="it is made by order; false: sold from stock")]
     reasons: Annotated[list[str], Field(description="why it is not ready")]
     fix: Annotated[list[str], Field(description="lines for the design that make it ready")]
 

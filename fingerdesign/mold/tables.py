@@ -180,15 +180,20 @@ def plates_table(data: MoldData) -> Table:
 def effects_table(placement: Any) -> Table:
     """The effects of plates off their places; placement: the record's, with its numbers."""
 
-    def offsets(changes: Iterable[Any], of: str = "") -> Iterator[tuple[str, str, Any]]:
+    def offsets(changes: Iterable[Any], of: str) -> Iterator[tuple[str, str, Any]]:
         for each in changes:
             yield of + OFFSETS[each["name"]], f"{each['largest']:.3g} {each['unit']}", each
 
+    row = placement.get("row", {"changes": ()})
     every = [
-        *offsets(placement["changes"]),
-        ("these together", DASH, placement["together"]),
-        *offsets(placement.get("row", {"changes": ()})["changes"], "the whole row "),
+        *offsets(placement["changes"], "against its neighbours "),
+        ("against its neighbours, together", DASH, placement["together"]),
+        *offsets(row["changes"], "the whole row "),
     ]
+    if "together" in row:
+        both = placement["together"], row["together"]
+        sums = {key: math.hypot(*(each[key] for each in both)) for key in ("rms", "worst")}
+        every.append(("all together", DASH, {**sums, "worst_plate": DASH}))
     rows = [
         (name, size, f"{100 * each['rms']:.2f}", f"{100 * each['worst']:.2f}", each["worst_plate"])
         for name, size, each in every

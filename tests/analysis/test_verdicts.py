@@ -44,10 +44,12 @@ def test_a_lift_that_needs_more_steps_gets_them_and_no_other_controller(result):
 
 def test_one_force_for_a_wide_range_of_friction_is_offered_with_its_price(result):
     fails = replace(result.grips[0], lifted=False, safety_margin=None, outcome="complete slip")
-    for high, by in ((0.3, "Coulomb"), (0.8, "Coulomb; crushes at μ 0.8")):
+    for high, price in ((0.3, ""), (0.8, ", crushes at μ 0.8")):
         grips = [replace(fails, friction_coefficient=each) for each in (0.2, high)]
         fixes = verdict_view(replace(result, grips=tuple(grips), measurability=None)).fixes
-        assert next(each.by for each in fixes if "fixed_force" in each.change) == by
+        brings = next(each.brings for each in fixes if "fixed_force" in each.change)
+        assert brings == f"lifts at μ 0.2{price}"
+        assert any("object_mass_g" in each.change for each in fixes) == (not price)
 
 
 def test_a_fix_names_a_material_that_exists_and_reaches_the_target(result):

@@ -74,6 +74,7 @@ def test_check_reports_every_fault_of_every_file(terminal):
     assert len(lines) == 4
     assert "absent.toml" in lines[3]
     assert "good" in captured.out
+    assert "slip sensing is not forecast" in captured.out
 
 
 @pytest.mark.parametrize(

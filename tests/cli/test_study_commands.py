@@ -117,7 +117,10 @@ def test_wrong_schedulers_are_refused_where_nothing_is_computed_too(
 def test_no_finger_at_all_is_a_failure_with_a_report(study, out, terminal, own_cache):
     study.write_text(NONE)
     arguments = ["sweep", study, "--out", out]
-    assert "failed: 2 invalid; causes in" in terminal(*arguments, code=1).out
+    shown = terminal(*arguments, code=1)
+    assert "failed: 2 invalid; causes in" in shown.out
+    assert "few-0001 invalid: plates." in shown.err  # at once, not at the end alone
+    assert "Dask" not in shown.err
     assert (out / "few" / "report.html").exists()
     quiet = terminal(*arguments, "--quiet", code=1)
     assert not quiet.out
@@ -125,6 +128,17 @@ def test_no_finger_at_all_is_a_failure_with_a_report(study, out, terminal, own_c
     *lines, last = map(json.loads, terminal(*arguments, "--json", code=1).out.splitlines())
     assert [(each["done"], each["number"]) for each in lines] == [(1, 1), (2, 2)]
     assert last["failures"] == 2
+
+
+@pytest.mark.parametrize("command", ["sweep", "optimise"])
+def test_an_interruption_names_what_goes_on(command, study, out, terminal, own_cache, monkeypatch):
+    def stopped(*given, **named):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fingerdesign_cli.search.run_jobs", stopped)
+    study.write_text(TEXT + '[[objectives]]\nmetric = "cost"\n')
+    err = terminal(command, study, "--out", out, code=130).err
+    assert "interrupted; finished work is stored: run the same command to go on" in err
 
 
 @pytest.fixture

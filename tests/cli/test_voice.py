@@ -4,12 +4,16 @@ what is nearly typed is named; shells complete names; view reads every folder th
 import json
 
 import click
+import numpy as np
 import pytest
 from click.shell_completion import BashComplete
 from fingerdesign_cli.main import cli
 from fingerdesign_cli.options import SHELVES
 
+from fingerdesign.analysis.page.section import enlarged_shapes
+from fingerdesign.checks.load import load_design
 from fingerdesign.design.shipped import shipped_names
+from fingerdesign.layout.row_keys import plate_rows
 
 
 def leaves(group, name=""):
@@ -174,6 +178,20 @@ def test_a_sketch_names_its_dimensions(name, tmp_path, terminal):
     svg = (tmp_path / f"{name}.svg").read_text("utf-8")
     assert svg.startswith("<svg ")
     assert all(words in svg for words in ("width ", "depth ", "crest ", "cover "))
+
+
+def test_an_enlarged_plate_carries_its_gages_between_whole_neighbours():
+    design = load_design("film_tees")
+    shapes = list(enlarged_shapes(design, plate_rows(design)[0]))
+    by_look = {look: [each for each in shapes if each.look == look] for look in ("other", "gage")}
+    (body,) = (each.points for each in shapes if each.look == "body")
+    for each in by_look["other"]:
+        assert (body.min(axis=0) < each.points.min(axis=0)).all()
+        assert (each.points.max(axis=0) < body.max(axis=0)).all()
+    assert len(by_look["other"]) == 2
+    upper, lower = (each.points for each in by_look["gage"])
+    between = float(np.linalg.norm(upper - lower, axis=1).max())
+    assert between == pytest.approx(design.plates.thickness_mm, abs=0.02)
 
 
 def test_a_former_name_works_and_reports_the_new_one(tmp_path, terminal):

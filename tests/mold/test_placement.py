@@ -20,7 +20,7 @@ from fingerdesign.mold.placement import (
     tolerances,
 )
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.notes import percent
+from fingerdesign.mold.products.notes import percent, placement_worst
 
 SIZES = SectionMesh(
     contact_size_mm=0.1, plate_size_mm=0.1, plate_end_size_mm=0.04, far_size_mm=1.0, gradation=0.3
@@ -112,6 +112,7 @@ def test_the_spread_is_that_of_fingers_drawn_by_the_linear_model(three, section,
     most = np.abs(found.readings.reading).max(axis=1)[:, None]
     drawn = np.einsum("rgp,np->nrg", found.reading, ways.reshape(4000, -1)) / most
     assert reported["std"] == pytest.approx(np.sqrt(drawn.var(axis=0).mean()), rel=0.04)
+    assert f"by up to {percent(placement_worst(reported))} " in reported["sentences"][0]
     assert any(f"scatter by {percent(reported['std'])}" in each for each in reported["sentences"])
 
 

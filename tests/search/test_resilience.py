@@ -195,7 +195,7 @@ def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place, undi
         assert not (place.folder / "out" / "many").exists()
         stored = place.stored()
     assert run.returncode == 130
-    assert err.strip() == "interrupted; finished work is stored"
+    assert err.strip() == "interrupted; finished work is stored: run the same command to go on"
     assert time.monotonic() - begun < 10.0
     assert stored >= 8
     assert place.swept()[-1]["from_store"] == stored

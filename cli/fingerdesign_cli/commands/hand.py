@@ -246,7 +246,12 @@ def export() -> None:
 )
 @click.option("--quick", is_flag=True, help="4 frictions, 4 masses, 3 noises: seconds.")
 @click.option("--no-tug", is_flag=True, help="Leave out the grips whose lifted object is tugged.")
-@click.option("--tune", is_flag=True, help="Tune the controllers first: one to six minutes each.")
+@click.option(
+    "--tune",
+    is_flag=True,
+    help="Tune the controllers first, each on 1808 grips: 1 to 5 minutes each on a free core, more "
+    "on a busy one; all of them and the study took 40 minutes on two.",
+)
 @click.option("--perturbed", is_flag=True, help="On fingers drawn with faults.")
 @click.option(
     "--fault",

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _FINE = 241  # Points of an outline.
 _WIDTH = 560.0  # Of an SVG, in its own units.
-_GAGE_LIFT = 0.005  # Of the body's width: a gage is drawn next to its plate's face.
+_GAGE_LIFT = 0.0025  # Of the drawing's width: half of a gage's line, which lies on its plate.
 _ROOM = 0.16  # Of the finger's size: between it and a dimension line.
 
 # The look of a shape is a class of the style sheet in SVG, and these values in matplotlib.
@@ -38,7 +38,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "base": {"color": style.INK, "lw": 2.2},
     "plate": {"facecolor": style.BLUE, "edgecolor": style.BLUE, "lw": 0.5, "alpha": 0.75},
     "other": {"facecolor": "#b9bdc2", "edgecolor": "none"},
-    "gage": {"color": style.VERMILION, "lw": 1.8, "solid_capstyle": "butt"},
+    "gage": {"color": style.VERMILION, "lw": 1.5, "solid_capstyle": "butt"},
     "thin": {"color": style.MUTED, "lw": 0.6},
 }
 
@@ -108,13 +108,13 @@ def section_shapes(design: Design, along: str = "x") -> Iterator[Shape]:
         yield Shape("plate", shape, closed=True)
     for frame in frames:
         if frame.along == along:
-            yield from gage_shapes(design, frame)
+            yield from gage_shapes(design, frame, 2.0 * half)
 
 
-def gage_shapes(design: Design, frame: PlateFrame) -> Iterator[Shape]:
-    """The gages of a plate, next to its faces."""
+def gage_shapes(design: Design, frame: PlateFrame, wide: float) -> Iterator[Shape]:
+    """The gages of a plate, on its faces; ``wide``: of what is drawn, mm."""
     along = np.linspace(-0.5, 0.5, 9) * design.gages.length_mm
-    lift = 0.5 * frame.thickness + _GAGE_LIFT * design.body.width_mm
+    lift = 0.5 * frame.thickness + _GAGE_LIFT * wide
     for side in design.gages.sides:
         yield Shape("gage", frame.from_local(along, side * lift), plate=frame.index)
 
@@ -180,24 +180,25 @@ def enlarged_shapes(design: Design, row: PlateRow) -> Iterator[Shape]:
     pitch = 0.0 if following is None else float(np.hypot(*(following.centre - plate.centre)))
     steep = abs(np.sin(np.radians(plate.angle_deg)))
     reach = 0.5 * plate.length * steep
-    half = 0.5 * plate.length + max(1.35 * pitch, 0.55 * plate.length)
-    places = np.linspace(plate.place - 1.7 * half, plate.place + 1.7 * half, _FINE)
+    half = max(1.25 * pitch, pitch + 0.6 * plate.length, 1.4 * plate.length)
+    places = np.linspace(plate.place - half, plate.place + half, _FINE)
     across = np.full_like(places, plate.middle)
     given = (places, across) if plate.along == "x" else (across, places)
     line = np.asarray(height_over(design.body, *given))
     top = float(np.interp(plate.place, places, line))
     cover = top - plate.y
-    unit = 0.11 * max(half, cover + reach)
+    unit = 0.11 * max(0.6 * half, cover + reach)
     low = plate.y - reach - 3.4 * unit
     known = np.isfinite(line)
     surface = np.column_stack([places[known], line[known]])
     ends = surface[[-1, 0], 0]
     yield Shape("body", np.vstack([surface, np.column_stack([ends, [low, low]])]), closed=True)
-    for frame in frames:
-        if frame is not plate and abs(frame.place - plate.place) < 1.7 * half:
-            yield Shape("other", frame.outline(), closed=True)
+    inside = np.array([[places[0], low], [places[-1], np.inf]])
+    for shape in (frame.outline() for frame in frames if frame is not plate):
+        if (shape > inside[0]).all() and (shape < inside[1]).all():
+            yield Shape("other", shape, closed=True)
     yield Shape("plate", plate.outline(), closed=True)
-    yield from gage_shapes(design, plate)
+    yield from gage_shapes(design, plate, 2.0 * half)
     yield from _angle_shapes(plate, unit)
     tips = plate.from_local(np.array([-0.5, 0.5]) * plate.length, 0.0)
     away = plate.normal if plate.normal[1] >= 0.0 else -plate.normal

@@ -32,7 +32,7 @@ from fingerdesign.report.page import macros
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 _STEEP = 0.2  # sine of a plate's angle, from which a pitch parts plates
-_PITCHES = 10  # A curved surface turns plates toward each other: some tenths of a millimetre.
+_PITCHES = 100  # A curved surface turns plates toward each other: some tenths of a millimetre.
 SURFACE_TENSION_N_M = 0.021  # of silicone oils; cured and uncured rubber differ little
 
 
@@ -216,16 +216,17 @@ def bridged_gap(plan: MoldPlan) -> tuple[PlateGap, float, float, float, float | 
 
 
 def _sound_pitch(design: Design, least: float, apart: float) -> float | None:
-    """The first pitch from ``least`` mm on, in tenths, whose plates are ``apart`` mm from each
+    """The first pitch from ``least`` mm on, in hundredths, whose plates are ``apart`` mm from each
     other; None where a design with it is not sound."""
-    for tenths in range(math.ceil(10.0 * least), math.ceil(10.0 * least) + _PITCHES):
+    first = math.ceil(100.0 * least)
+    for pitch in (number / 100.0 for number in range(first, first + _PITCHES)):
         try:
-            trial = with_values(design, {"plates.pitch_mm": tenths / 10.0})
+            trial = with_values(design, {"plates.pitch_mm": pitch})
         except DesignError:
             return None
         gap = least_gap(plate_frames(trial)) if is_sound(trial) else None
         if gap is None or gap.distance >= apart:
-            return None if gap is None else tenths / 10.0
+            return None if gap is None else pitch
     return None
 
 
@@ -245,11 +246,12 @@ def unknown_effect(reason: str, of: str = "the plates' tolerance does") -> dict[
 
 
 def effect_sentences(design: Design, found: Mapping[str, Any], row: Mapping[str, Any]) -> list[str]:
-    """Sentences on the effect of placement: of the plates, of the whole row."""
+    """Sentences on the effect of placement: of all together, of the plates, of the whole row."""
     constant = design.body.shape in ("arc", "block") and design.extruded
     guide = found["fidelity"] == "plane-strain" and not constant
     embedded = any(frame.span < design.body.depth_mm - 1e-9 for frame in plate_frames(design))
-    return _items(macros(TEMPLATES / "notes.j2").effect(found, row, guide, embedded, percent))
+    worst, text = placement_worst({**found, "row": row}), macros(TEMPLATES / "notes.j2")
+    return _items(text.effect(found, row, worst, guide, embedded, percent))
 
 
 def percent(share: float) -> str:

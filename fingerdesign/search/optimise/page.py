@@ -57,7 +57,7 @@ def _confirmed_table(found: Optimised) -> Table | None:
     metrics, quick = list(found.reference.metrics), found.search.study.study.fidelity
     columns = (
         "finger",
-        *(f"{metric}, {name}" for metric in metrics for name in (quick, found.fidelity)),
+        *(f"{_words(metric)}, {name}" for metric in metrics for name in (quick, found.fidelity)),
         "against the reference",
     )
     pairs = [(found.reference, reference, "")]

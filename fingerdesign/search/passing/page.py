@@ -16,12 +16,16 @@ from fingerdesign.report import style
 from fingerdesign.report.page import Item, Page, Section, Text, page_html
 from fingerdesign.report.table import Table, value_text
 from fingerdesign.search.passing.front import GOALS, pair_of
+from fingerdesign.search.passing.hands import STEP_FACTORS
 from fingerdesign.search.passing.passing import Found
 from fingerdesign.search.passing.space import changes_between
 from fingerdesign.search.study.metrics import METRICS
 
 # Metrics that a user may miss after a search for verdicts.
 _GIVEN_UP = ("plates", "stiffness_N_per_mm", "peak_pressure_MPa", "rubber_volume_ml")
+
+LACKS = """A hand lacks 0 if it lifts at every friction with a force between the limits. A lift that
+fails adds 1 to 2; a force that is twice beyond a limit adds 1."""
 
 
 def passing_page(design: Design, found: Found) -> str:
@@ -114,7 +118,7 @@ def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
     """Quantities of the first trial and of the one that was taken; replaced layouts and tops."""
     start = found.tried[0].outcomes[0]
     rows = [
-        (METRICS[name].words, *(_number(each.metrics.get(name)) for each in (start, taken)))
+        (_named(name), *(_number(each.metrics.get(name)) for each in (start, taken)))
         for name in _GIVEN_UP
     ]
     table = Table(
@@ -131,6 +135,12 @@ def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
         Text(f"Given up, since one plain row of plates below a crown was searched: {lost}."),
         table,
     ]
+
+
+def _named(name: str) -> str:
+    """A metric's meaning with its unit."""
+    unit = METRICS[name].unit
+    return f"{METRICS[name].words} ({unit})" if unit else METRICS[name].words
 
 
 def _number(value: float | None) -> str:
@@ -154,8 +164,9 @@ def _tables(found: Found) -> Sequence[Item]:
         "trial",
         "rank correlation",
         "stick change",
-        "hand short by",
-        "with other steps by",
-        "on its own mesh",
+        "hand lacks",
+        f"with steps ±{100.0 * (max(STEP_FACTORS) - 1.0):.0f} %",
+        "verdicts on its own mesh",
     )
-    return [Table("hands", "Fingers with a hand", columns, rows, frozenset({0, 5}))] if rows else []
+    hands = Table("hands", "Fingers with a hand", columns, rows, frozenset({0, 5}))
+    return [hands, Text(LACKS, "quiet")] if rows else []

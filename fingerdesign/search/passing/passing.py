@@ -27,6 +27,7 @@ from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.passing.front import Front, front_of
 from fingerdesign.search.passing.hands import (
+    MOST_HANDS,
     NO_HAND,
     STEP_FACTORS,
     Hand,
@@ -43,7 +44,7 @@ from fingerdesign.sensing.model import meshed_for_grips
 
 BATCH = 4  # Trials between two looks at the best; the sampler learns after each.
 SWEPT_TRIALS, TETRAHEDRA_TRIALS = 48, 16  # A trial on tetrahedra takes four times as long.
-_MOST_HANDS = 8  # Fingers for which a hand is searched: each takes a minute or two.
+_MOST_GRIPPED = 8  # Fingers for which a hand is searched: each takes a minute or two.
 _MOST_CONFIRMED = 4  # Whole analyses, a minute each.
 _LIMIT_S = 900.0  # Of one trial.
 # Sizes that a trial changes for speed; a hand is searched again with the design's own.
@@ -220,7 +221,7 @@ class _Run:
     def _given_up(self) -> bool:
         """True if further trials could not be judged any more."""
         confirmed = sum(each.result is not None for each in self.candidates)
-        return confirmed >= _MOST_CONFIRMED or len(self.candidates) >= _MOST_HANDS
+        return confirmed >= _MOST_CONFIRMED or len(self.candidates) >= _MOST_GRIPPED
 
     def _best_words(self) -> str:
         if not math.isfinite(self.best_sensed):
@@ -312,7 +313,7 @@ class _Run:
             return self.evaluated([_job(each, "hand", own_mesh) for each in designs])
 
         def shown(count: int) -> None:
-            self.report(f"{words} for a finger with good gages: {count} tried")
+            self.report(f"{words} for a finger with good gages: {count} of some {MOST_HANDS} tried")
 
         hand = hand_of(design, judged, shown, self.freedom.allows)
         return Candidate(with_values(design, {**hand.values}), outcome, hand)

@@ -18,7 +18,6 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from importlib import metadata
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +124,7 @@ class Cluster(ExitStack):
         self._pool = secrets.token_hex(8) if scheduler is None else ""
         self._client: Any = None
         self.threads = 0  # that evaluate, when last looked at
-        self.dashboard: str | None = None  # its address, once started
+        self.dashboard: str | None = None  # address of the scheduler's, once connected
 
     def start(self) -> None:
         """Connect, or start the local workers; the first job does it too. Raises ClusterError,
@@ -241,8 +240,6 @@ class Cluster(ExitStack):
         self.callback(forget_pool, self._pool)
         self.callback(self._client.close, CLOSE_S)
         self.callback(end_pool, self._pool)  # first: what runs would be waited for
-        if find_spec("bokeh") is not None:
-            self.dashboard = self._client.dashboard_link
 
     def _connect(self, address: str) -> None:
         from distributed import Client

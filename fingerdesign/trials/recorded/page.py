@@ -26,6 +26,7 @@ from fingerdesign.trials.recorded.recording import SPAN_S
 from fingerdesign.trials.recorded.sets import PAGE, RECORD, RecordedData, SetData
 
 NONE = "–"
+_SHOWN = 10  # files that were not read; a clone of a repository may have hundreds
 
 
 def write_recorded(data: RecordedData, folder: Path, seconds: float) -> None:
@@ -41,8 +42,8 @@ def write_recorded(data: RecordedData, folder: Path, seconds: float) -> None:
     sources = {each.name: each.source for each in data.sets}
     sources |= {"friction": pillars.SOURCE} if data.friction is not None else {}
     record: list[Item] = [Text(f"{name}: {source}.") for name, source in sources.items()]
-    if data.absent:
-        record.append(Text(words["absent"].format(files=", ".join(data.absent)), "warnings"))
+    if data.unread:
+        record += [Text(words["unread"]), Bullets(unread(data), "warnings")]
     with style.house_style():
         figure = _figure(data)
     page = Page(
@@ -55,6 +56,12 @@ def write_recorded(data: RecordedData, folder: Path, seconds: float) -> None:
         view=VerdictView("recorded", "", seconds, tuple(verdicts(data))),
     )
     (folder / PAGE).write_text(page_html(page), encoding="utf-8")
+
+
+def unread(data: RecordedData) -> list[str]:
+    """The first files that were not read, each with the reason, and the number of the others."""
+    more = len(data.unread) - _SHOWN
+    return [*data.unread[:_SHOWN], *([f"{more} more, in {RECORD}"] if more > 0 else [])]
 
 
 def verdicts(data: RecordedData) -> Iterator[Verdict]:
@@ -142,7 +149,7 @@ def _figure(data: RecordedData) -> style.ReportFigure:
         _draw_scores(axes, own)
     if data.friction is not None:
         _draw_forces(every[-1], data.friction)
-    style.shared_legend(every, 3)
+    style.shared_legend(every, columns)
     found = " ".join(f"{each.name}: {each.number}, {each.target}." for each in verdicts(data))
     return caption_drawing(figure, WORDS, "recorded_figure", "recorded", found=found)
 

@@ -97,6 +97,8 @@ def read_hdf5(path: Path) -> list[Recording]:
                 if rows:
                     faults += _faults(table, rows, True)
                     found.append(_recording(name, table))
+            if not len(file):
+                raise ValueError("it is empty")
     except _WRONG as error:
         bound = "an HDF5 file of numbers"
         raise DesignError([Fault("recording", str(path), bound, str(error))]) from None

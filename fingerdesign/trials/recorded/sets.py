@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +19,8 @@ from fingerdesign.trials.recorded.recording import Recording, read_csv, read_hdf
 NAME, RECORD, PAGE = "recorded", "recorded.json", "recorded.html"
 FOLDER = RecordFolder("judgement of recordings", RECORD, (RECORD, PAGE))
 _POINTER = b"version https://git-lfs"  # Git LFS leaves it in the place of a large file.
-_SUFFIXES = (".csv", ".h5", ".hdf5", ".pkl", ".pt", ".xlsx")
+_HDF5 = (".h5", ".hdf5")
+_SUFFIXES = (*_HDF5, ".csv", ".pkl", ".pt", ".xlsx")
 _Read = TypeVar("_Read")
 
 
@@ -40,12 +42,13 @@ class SetData:
 @closed
 @dataclass(frozen=True)
 class RecordedData:
-    """What the recordings of a folder show. absent: files that are only named there."""
+    """What the recordings of a folder show. unread: files and folders that were not read, each with
+    the reason."""
 
     folder: str
     sets: tuple[SetData, ...]
     friction: FrictionData | None
-    absent: tuple[str, ...]
+    unread: tuple[str, ...]
 
 
 def judge_recorded(folder: Path) -> RecordedData:
@@ -56,28 +59,52 @@ def judge_recorded(folder: Path) -> RecordedData:
     if not folder.is_dir():
         remedy = "docs/how_to/recorded.md names the sets"
         raise DesignError([Fault("--recorded", str(folder), "a folder of recordings", remedy)])
-    files, absent = _files(folder)
+    files, reasons = _files(folder)
     errors: list[DesignError] = []
     books = [each for each in files if each.match(pillars.PATTERN)]
     laws = _read(read_friction, _only(books, errors), errors)
     sets = (*_eflesh(files, errors), *_uskin(files, errors), *_plain(files, errors))
     if errors:
         raise DesignError.together(errors)
+    reasons |= dict(_of_no_layout(files))
+    unread = tuple(f"{shown(str(each.relative_to(folder)))}: {reasons[each]}" for each in reasons)
     if not sets and not laws:
         remedy = "docs/how_to/recorded.md has the layouts"
-        remedy = f"fetch {absent[0]} and others by git lfs pull" if absent else remedy
+        remedy = f"{remedy}; {unread[0]}" if unread else remedy
         bound = "a folder that holds recordings of a known layout"
         raise DesignError([Fault("--recorded", str(folder), bound, remedy)])
-    names = tuple(map(shown, absent))
-    return RecordedData(shown(str(folder)), sets, next(iter(laws), None), names)
+    return RecordedData(shown(str(folder)), sets, next(iter(laws), None), unread)
 
 
-def _files(folder: Path) -> tuple[list[Path], tuple[str, ...]]:
-    """The files that may hold recordings, and the names of those that are only pointers."""
-    files = sorted(f for f in folder.rglob("*") if f.suffix.lower() in _SUFFIXES and f.is_file())
+def _files(folder: Path) -> tuple[list[Path], dict[Path, str]]:
+    """The files that may hold recordings; what cannot be read, with the reason."""
+    files: list[Path] = []
+    unread: dict[Path, str] = {}
+
+    def closed_folder(error: OSError) -> None:
+        unread[Path(error.filename)] = error.strerror or "it cannot be opened"
+
+    for place, folders, names in os.walk(folder, onerror=closed_folder):
+        links = (Path(place, name) for name in folders if Path(place, name).is_symlink())
+        unread |= dict.fromkeys(links, "links to folders are not followed")
+        every = (Path(place, name) for name in names)
+        files += (f for f in every if f.suffix.lower() in _SUFFIXES and f.is_file())
     pointers = [each for each in files if _begin(each).startswith(_POINTER)]
-    names = tuple(str(each.relative_to(folder)) for each in pointers)
-    return [each for each in files if each not in pointers], names
+    unread |= dict.fromkeys(sorted(pointers), "a pointer of Git LFS: git lfs pull fetches it")
+    return sorted(each for each in files if each not in pointers), unread
+
+
+def _of_no_layout(files: Sequence[Path]) -> Iterator[tuple[Path, str]]:
+    """Files that belong to no set, each with the reason; HDF5 files are read or refused."""
+    tugs = {each.parent for each in files if each.name == "seq_0.pt"}
+    carried = {each.parent for each in files if each.name == uskin.SENSORS[0]}
+    for each in files:
+        of_set = each.match(pillars.PATTERN) or (each.name == eflesh.CLASSIFIER and bool(tugs))
+        of_set |= each.parent in tugs and each.match("seq_*.pt")
+        of_set |= each.parent in carried and each.name in uskin.FILES
+        kind = each.suffix.lower()
+        if not (of_set or kind in _HDF5 or (kind == ".csv" and _is_plain(each))):
+            yield each, "its first column is not time_s" if kind == ".csv" else "of no known layout"
 
 
 def _eflesh(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]:
@@ -104,7 +131,7 @@ def _plain(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData
     """Recordings in the plain format, all as one set."""
     plain = (each for each in files if each.suffix.lower() == ".csv" and _is_plain(each))
     own: list[Recording] = _read(read_csv, plain, errors)
-    hdf5 = (each for each in files if each.suffix.lower() in (".h5", ".hdf5"))
+    hdf5 = (each for each in files if each.suffix.lower() in _HDF5)
     own += [each for part in _read(read_hdf5, hdf5, errors) for each in part]
     yield from _judged("plain format", "CSV and HDF5", "none", own)
 

@@ -21,6 +21,7 @@ from fingerdesign.errors import Fault
 from fingerdesign.trials.recorded.recording import REST_S, Recording
 
 SENSORS = ("xela_sensor1.csv", "xela_sensor2.csv")
+FILES = (*SENSORS, "marker.csv", "robot_state.csv", "meta_data.csv")
 # The object that has moved so far in the hand slips: a soft skin shears by 1 mm at most.
 GROSS_MM = 2.0
 _LIFT_MM = 1.0  # The hand that has moved so far lifts: at rest it is still to 0.1 mm.

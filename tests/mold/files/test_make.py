@@ -160,6 +160,8 @@ def test_ready_to_cast_is_stated_of_a_sensor(stages, tmp_path, keys, worst, reas
     page = (tmp_path / "report.html").read_text("utf-8").replace("\xa0", " ")
     sensor = record_in(tmp_path)["sensor"]
     assert sensor["reading_error"] == pytest.approx(worst)
+    assert sensor["to_measure"] == ("mold.gage" in keys)
+    assert sensor["to_measure"] == ("sputtered_film, made to measure" in page)
     assert len(sensor["reasons"]) == len(reasons)
     assert sensor["ready"] == (not reasons) == ("ready to cast" in page)
     for reason, words in zip(sensor["reasons"], reasons, strict=True):
