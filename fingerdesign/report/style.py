@@ -1,7 +1,8 @@
 """One look for all figures, and matplotlib figures as inline SVG that follows the page's theme.
 
 Colours are blue, vermilion, green and purple of a palette made for colour-blind readers; every
-meaning is also carried by a line style, a marker, a hatch or a word. In the SVG each colour becomes
+meaning is also carried by a line style, a marker, a hatch or a word. Of a finger what sticks is
+blue, what slips vermilion, plates are bronze and gages purple. In the SVG each colour becomes
 a CSS variable with the print colour as its fallback, so one figure serves light, dark and paper.
 """
 
@@ -37,6 +38,7 @@ COLOURS = {
     "vermilion": "#d2560a",
     "green": "#0a8f6b",
     "purple": "#b0569a",
+    "bronze": "#b87333",
     "paper": "#fefefd",
 }
 _NAMES = {colour: name for name, colour in COLOURS.items()}
@@ -44,7 +46,7 @@ INK, MUTED, GRID, OPEN_COLOUR = (COLOURS[name] for name in ("ink", "muted", "gri
 BLUE, VERMILION, GREEN, PURPLE = (
     COLOURS[name] for name in ("blue", "vermilion", "green", "purple")
 )
-PAPER = COLOURS["paper"]
+PAPER, BRONZE = COLOURS["paper"], COLOURS["bronze"]
 
 # The looks of series differ in colour, dashes and marker: a reader needs only one of the three.
 SERIES: tuple[tuple[str, Any, str], ...] = (

@@ -36,9 +36,9 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "body": {"facecolor": style.OPEN_COLOUR, "edgecolor": style.INK, "lw": 1.0},
     "core": {"facecolor": "#b9bdc2", "edgecolor": style.INK, "lw": 0.7},
     "base": {"color": style.INK, "lw": 2.2},
-    "plate": {"facecolor": style.BLUE, "edgecolor": style.BLUE, "lw": 0.5, "alpha": 0.75},
+    "plate": {"facecolor": style.BRONZE, "edgecolor": style.BRONZE, "lw": 0.5},
     "other": {"facecolor": "#b9bdc2", "edgecolor": "none"},
-    "gage": {"color": style.VERMILION, "lw": 1.5, "solid_capstyle": "butt"},
+    "gage": {"color": style.PURPLE, "lw": 1.5, "solid_capstyle": "butt"},
     "thin": {"color": style.MUTED, "lw": 0.6},
 }
 
