@@ -27,7 +27,11 @@ def plate_frames(design: Design) -> tuple[PlateFrame, ...]:
 
 @lru_cache(maxsize=64)
 def _frames_of_rows(
-    plates: Plates, body: Body, layouts: tuple[PlateLayout, ...], kind: BodyKind, content: str | None
+    plates: Plates,
+    body: Body,
+    layouts: tuple[PlateLayout, ...],
+    kind: BodyKind,
+    content: str | None,
 ) -> tuple[PlateFrame, ...]:
     """The frames, cached: the checks of one design need them seven times, a third of their time.
 
