@@ -339,7 +339,8 @@ def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_cho
     ends = [(None, None, None)]
     between = zip([*ends, *points], points, [*points[1:], *ends], strict=False)
     gaps = {
-        p: min(abs(p[1] - q[1]) for q in (below, above) if q[0] == p[0]) for below, p, above in between
+        point: min(abs(y - point[1]) for x, y, _ in (below, above) if x == point[0])
+        for below, point, above in between
     }
     at_x, at_y, target = max(gaps, key=gaps.get)  # where no other line is near
     on_line = (
