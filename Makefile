@@ -21,9 +21,8 @@ slow-test: $(VENV)/.dev
 	$(PYTEST) -m slow --durations=25
 
 # Fast and slow tests in one run: they are collected once, and share meshes and fixtures.
-# Tests wait for processes, browsers and clocks a sixth of their time: a worker more than cores.
 every-test: $(VENV)/.dev
-	PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(nproc) + 1)) $(PYTEST) --durations=40
+	$(PYTEST) --durations=40
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
