@@ -98,8 +98,10 @@ def judge_data(data: dict[str, Any], folder: Path | None = None) -> Judged[Desig
 
 
 def _assumed_faults(design: Design) -> list[Fault]:
+    faults: list[Fault] = []
+    if not design.assumed:
+        return faults
     known = set(_keys_in(design.model_dump(mode="json")))
-    faults = []
     for index, key in enumerate(design.assumed):
         if key not in known:
             near = get_close_matches(key, known, 1, 0.6)

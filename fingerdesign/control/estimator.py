@@ -128,11 +128,12 @@ class FingerCurves:
         """``pressed`` and ``sticking`` (g,) at a force; past either end the nearest."""
         force = self.normal_force
         now = min(max(normal_force, float(force[0])), float(force[-1]))
-        k = int(np.clip(np.searchsorted(force, now) - 1, 0, len(force) - 2))
+        k = min(max(int(force.searchsorted(now)) - 1, 0), len(force) - 2)
         share = (now - force[k]) / (force[k + 1] - force[k])
 
         def between(values: Array) -> Array:
-            return np.asarray(values[k] + share * (values[k + 1] - values[k]))
+            low: Array = values[k]
+            return np.asarray(low + share * (values[k + 1] - low))
 
         return between(self.pressed), between(self.sticking)
 
@@ -405,7 +406,7 @@ def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> A
         [math.log(pressed), now.tangential_force / pressed, math.log(noise + 0.1)],
         [max(0.0, *(_ratio(each.sample) for each in history))],
         *(
-            _changes(history[first:], curves, scale, known)
+            _changes(history[first:], curves, (scale, alone), known)
             for first in (*(max(last - lag, 0) for lag in LAGS), start)
         ),
         # How the object lies, leans and bends: what a plane would not cause.
@@ -442,9 +443,12 @@ def _before_pull(history: Sequence[Moment]) -> int:
     return max(pulled - 1, 0)
 
 
-def _changes(history: Sequence[Moment], curves: FingerCurves, scale: float, known: Array) -> Array:
+def _changes(
+    history: Sequence[Moment], curves: FingerCurves, last: tuple[float, Array], known: Array
+) -> Array:
     """Changes from the first to the last of these moments: gages, then seven of the forces and
-    moves."""
+    moves. last: :func:`_scale` of the last moment."""
+    scale, alone = last
     before, now, moved = history[0].sample, history[-1].sample, history[1:]
     dx, dy = sum(each.dx for each in moved), sum(each.dy for each in moved)
     rising, pulling = curves.expected(before.normal_force, dx, dy)
@@ -455,7 +459,7 @@ def _changes(history: Sequence[Moment], curves: FingerCurves, scale: float, know
     size = abs(pull) + _NORMAL_SHARE * abs(rise) + _LEAST_CHANGE
     pressed = max(now.normal_force, LEAST_FORCE)
     change = now.readings - before.readings
-    change = change - (curves.at(pressed)[0] - curves.at(before.normal_force)[0])
+    change = change - (alone - curves.at(before.normal_force)[0])
     forces = [
         rise / size,
         pull / size,

@@ -44,7 +44,7 @@ class NormalCalibration:
     def at(self, normal_force: float) -> Array:
         """Readings (g,) at ``normal_force``; past either end the last slope goes on."""
         force, readings = self.normal_force, self.readings
-        k = int(np.clip(np.searchsorted(force, normal_force) - 1, 0, len(force) - 2))
+        k = min(max(int(np.searchsorted(force, normal_force)) - 1, 0), len(force) - 2)
         share = (normal_force - force[k]) / (force[k + 1] - force[k])
         return np.asarray(readings[k] + share * (readings[k + 1] - readings[k]))
 

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.body import Body
+from fingerdesign.design.body import Body, BodyKind
 from fingerdesign.design.plates import PlateLayout, Plates, plate_layout
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import StepFacts, step_facts
@@ -18,11 +18,34 @@ _STEPS = 2000  # Chords of the surface line along which the pitch of a row is me
 def plate_frames(design: Design) -> tuple[PlateFrame, ...]:
     """The plates' frames: row by row, each from - to + (or in the order of ``placement``)."""
     plates, body = design.plates, design.body
-    if plates.placement is None:
-        found: list[PlateFrame] = []
-        for row in plates.all_rows:
-            found += row_frames(body, row, len(found))
-        return tuple(found)
+    if plates.placement is not None:
+        return _placed_frames(plates, body)
+    layouts = tuple(row.layout for row in plates.all_rows)
+    content = None if body.step is None else step_facts(body.step).digest
+    return _frames_of_rows(plates, body, layouts, body.kind, content)
+
+
+@lru_cache(maxsize=64)
+def _frames_of_rows(
+    plates: Plates,
+    body: Body,
+    layouts: tuple[PlateLayout, ...],
+    kind: BodyKind,
+    content: str | None,
+) -> tuple[PlateFrame, ...]:
+    """The frames, cached: the checks of one design need them seven times, a third of their time.
+
+    layouts, kind, content (of a STEP file): what the names in the tables mean now.
+    """
+    found: list[PlateFrame] = []
+    for row in plates.all_rows:
+        found += row_frames(body, row, len(found))
+    return tuple(found)
+
+
+def _placed_frames(plates: Plates, body: Body) -> tuple[PlateFrame, ...]:
+    """The frames of ``placement``."""
+    assert plates.placement is not None
     span = plates.span_mm if plates.span_mm is not None else body.depth_mm
     frames = []
     for index, (x, y, angle, *more) in enumerate(plates.placement):

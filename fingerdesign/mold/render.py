@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mold.part import PartMesh
 from fingerdesign.mold.products.notes import Up
 
@@ -17,6 +17,7 @@ VIEW_ANGLE, FILLED = 25.0, 0.94  # degrees, vertical; the part of the frame that
 EDGE, TRAIL, ARROW = "#2f3a44", "#8a8f96", "#c2410c"
 STEEP_VIEW = (-0.72, 0.95, 1.0)  # of steps: into what is open above
 FRONT_VIEW = (-0.72, 0.52, 1.0)  # the camera is in front, to the left, above
+Shapes = dict[int, tuple[Any, Array, IntArray]]  # by the mesh's identity
 
 
 @dataclass(frozen=True)
@@ -87,33 +88,55 @@ def draw_pictures(
 ) -> tuple[bytes, dict[str, tuple[float, float]], list[bytes]]:
     """The mold opened as PNG; by name a place in it where a thing is seen, shares from the left and
     the top (what nothing is seen of has none); a PNG a step. pyvista's errors pass."""
-    camera = camera_at(np.vstack([thing.points for thing in opened]), camera_axes(FRONT_VIEW), SIZE)
-    png, places = _drawn(opened, camera, camera_axes(FRONT_VIEW), SIZE), _seen(opened, camera)
+    shapes: Shapes = {}
+    front = camera_axes(FRONT_VIEW)
+    camera = camera_at(np.vstack([thing.points for thing in opened]), front, SIZE)
+    png, places = _drawn(opened, camera, front, SIZE, shapes), _seen(opened, camera)
     pngs = []
     for things, up in steps:
         axes = camera_axes(STEEP_VIEW, up)
         points = [thing.points for thing in things]
         points += [np.vstack([start, start + way]) for start, way in arrows_of(things, axes)]
         place = camera_at(np.vstack(points), axes, STEP_SIZE)
-        pngs.append(_drawn(things, place, axes, STEP_SIZE))
+        pngs.append(_drawn(things, place, axes, STEP_SIZE, shapes))
     return png, places, pngs
 
 
-def _drawn(things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int, int]) -> bytes:
+def _shape_of(mesh: PartMesh, shapes: Shapes) -> tuple[Any, Array, IntArray]:
+    """A mesh for the plotter, and its edges: points (n, 3) and pairs (e, 2). They are found once
+    for all pictures, and drawn as one thing a picture: both were a third of the work."""
+    import pyvista
+
+    if id(mesh) not in shapes:
+        solid = pyvista.PolyData.from_regular_faces(mesh.vertices, mesh.triangles)
+        edges = solid.extract_feature_edges(feature_angle=25, manifold_edges=False)
+        pairs = edges.lines.reshape(-1, 3)[:, 1:]
+        shapes[id(mesh)] = solid, np.asarray(edges.points, dtype=float), pairs
+    return shapes[id(mesh)]
+
+
+def _drawn(
+    things: Sequence[Shown], camera: Array, axes: Array, size: tuple[int, int], shapes: Shapes
+) -> bytes:
     import pyvista
 
     plotter = plotter_of(size)
+    ends, pairs, count = [np.zeros((0, 3))], [np.zeros((0, 2), dtype=int)], 0
     for thing in things:
-        solid = pyvista.PolyData.from_regular_faces(thing.points, thing.mesh.triangles)
+        solid, points, own = _shape_of(thing.mesh, shapes)
         look = {"color": thing.colour, "opacity": thing.opacity}
-        plotter.add_mesh(solid, **look, smooth_shading=False, ambient=0.22)
-        edges = solid.extract_feature_edges(feature_angle=25, manifold_edges=False)
-        if edges.n_cells:
-            plotter.add_mesh(edges, color=EDGE, line_width=1.2)
+        actor = plotter.add_mesh(solid, **look, smooth_shading=False, ambient=0.22)
+        actor.position = thing.move
+        ends.append(points + np.array(thing.move))
+        pairs.append(own + count)
+        count += len(points)
         move = np.array(thing.move)
         if np.linalg.norm(move) > 0.0:  # from its place to where it is drawn
             middle = 0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0))
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
+    if count:
+        lines = np.insert(np.vstack(pairs), 0, 2, axis=1)
+        plotter.add_mesh(pyvista.PolyData(np.vstack(ends), lines=lines), color=EDGE, line_width=1.2)
     for start, way in arrows_of(things, axes):
         sizes = {"tip_length": 0.3, "tip_radius": 0.09, "shaft_radius": 0.03}
         shape = pyvista.Arrow(start, way, scale=float(np.linalg.norm(way)), **sizes)
@@ -164,11 +187,16 @@ def _seen(things: tuple[Shown, ...], camera: Array) -> dict[str, tuple[float, fl
     number = (image[..., 0] << 16) + (image[..., 1] << 8) + image[..., 2] - 1
     places = {}
     for k, thing in enumerate(things):
-        inside = distance_transform_edt(np.pad(number == k, 1))[1:-1, 1:-1]
+        rows, columns = np.nonzero(number == k)
+        if not len(rows):
+            continue
+        top, left = rows.min(), columns.min()
+        own = number[top : rows.max() + 1, left : columns.max() + 1] == k
+        inside = distance_transform_edt(np.pad(own, 1))[1:-1, 1:-1]
         if inside.max() >= 2.0:
             row, column = np.unravel_index(inside.argmax(), inside.shape)
             places[thing.name] = (
-                round((float(column) + 0.5) / width, 4),
-                round((float(row) + 0.5) / height, 4),
+                round((float(left + column) + 0.5) / width, 4),
+                round((float(top + row) + 0.5) / height, 4),
             )
     return places

@@ -9,6 +9,7 @@ from fingerdesign.design import step as facts_module
 from fingerdesign.design.body import StepFile
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.step import portable, resolved, step_facts
+from fingerdesign.layout.rows import plate_frames
 from tests.support.steps import read_here, write
 
 TEXT = """
@@ -47,6 +48,14 @@ TURNED = {
     "-z": ((0, 0, 0), (1, 0, 0), -90),
     "-y": ((0, 0, 0), (0, 0, 1), 180),
 }
+
+
+def test_plates_follow_a_file_that_is_written_again(tmp_path):
+    path = write(block(), tmp_path / "body.step")
+    design = parse_design(TEXT.replace('"body.step"', f'"{path}"'))
+    before = [frame.y for frame in plate_frames(design)]
+    write(block().union(cq.Workplane("XY").box(18, 2, 10).translate((0, 12, 0))), path)
+    assert [frame.y for frame in plate_frames(design)] == pytest.approx(np.array(before) + 1.0)
 
 
 @pytest.mark.parametrize("up", TURNED)

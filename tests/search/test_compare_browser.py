@@ -80,12 +80,17 @@ def opened(window, page_of):
 
 
 @pytest.fixture
-def views(window, page_of):
+def unchosen(window, page_of):
+    """A page in which no design is chosen yet."""
+    return page_of(FLAT, page=window.work / "views.html")
+
+
+@pytest.fixture
+def views(unchosen):
     """Of the first two designs."""
-    browser = page_of(FLAT, page=window.work / "views.html")
-    choose(browser, 0, 1)
-    seen(browser, "views", DRAWN)
-    return browser
+    choose(unchosen, 0, 1)
+    seen(unchosen, "views", DRAWN)
+    return unchosen
 
 
 def seen(browser, place, ready):
@@ -330,12 +335,14 @@ def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_cho
     views.wait(f"{LINES}.length === 2 + {count}")
     views.show("parallel-chart")
     drawn = views.evaluate(f"(({{ x, y, customdata }}) => [x, y, customdata])({place}.data[0])")
-    points = [each for each in zip(*drawn, strict=True) if each[0] is not None]
-    alone = {
-        each: min(abs(y - each[1]) for x, y, n in points if x == each[0] and n != each[2])
-        for each in points
+    points = sorted(each for each in zip(*drawn, strict=True) if each[0] is not None)
+    ends = [(None, None, None)]
+    between = zip([*ends, *points], points, [*points[1:], *ends], strict=False)
+    gaps = {
+        point: min(abs(y - point[1]) for x, y, _ in (below, above) if x == point[0])
+        for below, point, above in between
     }
-    at_x, at_y, target = max(alone, key=alone.get)  # where no other line is near
+    at_x, at_y, target = max(gaps, key=gaps.get)  # where no other line is near
     on_line = (
         f"(() => {{ const p = {place};"
         "const { xaxis, yaxis } = p._fullLayout; const r = p.getBoundingClientRect();"
@@ -383,13 +390,13 @@ def test_names_stay_text_and_what_is_missing_is_named_also_without_webgl(page_of
 
 
 @pytest.mark.parametrize("look", ["light", "dark", "narrow", "print"])
-def test_the_page_bars_nobody(views, look, tmp_path):
-    views.appear(dark=look == "dark", paper=look == "print")
-    views.goto(views.page, (360, 800) if look == "narrow" else (1100, 900))
-    assert faults(views) == []
-    wide = views.evaluate("document.documentElement.scrollWidth")
-    assert wide <= views.evaluate("innerWidth")
-    bar = views.evaluate("getComputedStyle(document.getElementById('chosen')).position")
+def test_the_page_bars_nobody(unchosen, look, tmp_path):
+    unchosen.appear(dark=look == "dark", paper=look == "print")
+    unchosen.goto(unchosen.page, (360, 800) if look == "narrow" else (1100, 900))
+    assert faults(unchosen) == []
+    wide = unchosen.evaluate("document.documentElement.scrollWidth")
+    assert wide <= unchosen.evaluate("innerWidth")
+    bar = unchosen.evaluate("getComputedStyle(document.getElementById('chosen')).position")
     assert look != "narrow" or bar == "static"  # on a narrow screen the bar covers nothing
-    assert look != "print" or views.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
-    views.appear()
+    assert look != "print" or unchosen.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
+    unchosen.appear()

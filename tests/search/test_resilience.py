@@ -92,14 +92,14 @@ class Place:
         study = ["sweep", "many.toml", "--out", "out", *more]
         return self.command(f"sweep_evaluators:{self.evaluator}", *study, **changes)
 
-    def optimise(self, out, seconds=0.0, confirming_s=0.0):
-        """Start `fingerdesign optimise` with a store of its own."""
+    def optimise(self, out, seconds=0.0, confirmed_after="search.toml"):
+        """Start `fingerdesign optimise` with a store of its own; 3-D analyses await a file."""
         (self.folder / "search.toml").write_text(SEARCH)
         changes = {
             "FINGERDESIGN_CACHE": str(self.folder / f"cache-{out}"),
             "EVALUATED": str(self.folder / f"evaluated-{out}"),
             "EVALUATOR_SECONDS": str(seconds),
-            "EVALUATOR_3D_SECONDS": str(confirming_s),
+            "EVALUATOR_3D_AFTER": str(self.folder / confirmed_after),
         }
         study = ["optimise", "search.toml", "--out", out, "--workers", "2"]
         return self.command("optimise_evaluators:formula", *study, **changes)
@@ -206,8 +206,16 @@ def test_a_killed_and_an_interrupted_driver_go_on_where_they_stopped(place, undi
 
 
 @pytest.mark.slow
-def test_a_killed_search_ends_as_one_that_was_not(place):
-    assert well(place.optimise("whole"))[-1]["trials"] == 20
+def test_a_killed_search_ends_as_one_that_was_not_and_refused_a_second(place):
+    """The second one comes while the first confirms in 3-D."""
+    whole = place.optimise("whole", confirmed_after="come.txt")
+    until(lambda: any("reference-maeno2000" in each for each in place.done("whole")), whole)
+    code, _, err = ended(place.optimise("whole"))
+    assert code == 1
+    assert "is being written by another process" in err
+    assert whole.poll() is None
+    (place.folder / "come.txt").touch()
+    assert well(whole)[-1]["trials"] == 20
     process = place.optimise("killed", 0.15)
     until(lambda: len(place.done("killed")) >= 10, process)
     process.kill()
@@ -229,16 +237,6 @@ def test_a_killed_search_ends_as_one_that_was_not(place):
     for part in ("reference-maeno2000", 'id="table-sensitivity"', 'id="table-confirmed"'):
         assert part in page
     assert (place.folder / "whole" / "search" / "front.png").stat().st_size > 10_000
-
-
-@pytest.mark.slow
-def test_a_second_search_is_refused_during_confirmation_too(place):
-    first = place.optimise("out", confirming_s=PATIENCE_S)
-    until(lambda: any("reference-maeno2000" in each for each in place.done("out")), first)
-    code, _, err = ended(place.optimise("out"))
-    assert code == 1
-    assert "is being written by another process" in err
-    assert first.poll() is None  # it is at its 3-D analyses
 
 
 @pytest.mark.slow

@@ -19,6 +19,7 @@ from fingerdesign.sensing.train.policy import policy_grips
 from fingerdesign.sensing.train.samples import finger_curves, sample
 
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
+COARSE = {"plates.count": 3, "mesh.section.contact_size_mm": 0.4}
 SETTINGS = Settings(face="upper", bounds=BOUNDS, grips=60, replicates=1, seed=1)
 
 
@@ -129,8 +130,7 @@ def test_too_few_grips_are_refused(problem, grips):
 def test_perturbed_fingers_train_the_same_with_any_number_of_workers(cache_in, tmp_path):
     keys = {"training_fingers": 4, "training_grips": 50}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
-    coarse = {"plates.count": 3, "mesh.section.contact_size_mm": 0.4}
-    design = with_values(load_design("sensitive"), values | coarse | {"grip.max_steps": 60})
+    design = with_values(load_design("sensitive"), values | COARSE | {"grip.max_steps": 60})
     found = []
     for workers in (1, 2):
         cache_in(tmp_path / str(workers))
@@ -145,7 +145,7 @@ def test_perturbed_fingers_train_the_same_with_any_number_of_workers(cache_in, t
 def test_training_is_cached_and_repeated_for_a_broken_file(problem, own_cache, tmp_path):
     keys = {"grip.regulator.training_fingers": 1, "grip.regulator.training_grips": 50}
     keys |= {"grip.max_approach_mm": 0.12, "grip.preload_mm": 0.01}
-    design = with_values(load_design("sensitive"), keys)
+    design = with_values(load_design("sensitive"), keys | COARSE)
 
     def stored():
         return {path: path.stat().st_mtime_ns for path in (tmp_path / "training").glob("*.txt")}
@@ -156,7 +156,7 @@ def test_training_is_cached_and_repeated_for_a_broken_file(problem, own_cache, t
     # Controllers' parameters need no other training; another finger does.
     training.training_result_for(with_values(design, {"grip.regulator.target": 0.7}))
     assert stored() == {path: made}
-    training.training_result_for(with_values(design, {"plates.count": 13}))
+    training.training_result_for(with_values(design, {"plates.count": 4}))
     assert len(stored()) == 2
     path.write_text(path.read_text()[:1000])
     again = training.training_result_for(design)

@@ -28,9 +28,11 @@ def outcome_of(job):
 
 
 def formula(data):
-    """After $EVALUATOR_SECONDS ($EVALUATOR_3D_SECONDS); leaves its name in the file $EVALUATED."""
-    name = "EVALUATOR_3D_SECONDS" if data["fidelity"] == "3d" else "EVALUATOR_SECONDS"
-    time.sleep(float(os.environ.get(name, "0")))
+    """After $EVALUATOR_SECONDS, in 3-D once there is a file $EVALUATOR_3D_AFTER; leaves its name in
+    the file $EVALUATED."""
+    time.sleep(float(os.environ["EVALUATOR_SECONDS"]))
+    while data["fidelity"] == "3d" and not os.path.exists(os.environ["EVALUATOR_3D_AFTER"]):
+        time.sleep(0.05)
     with open(os.environ["EVALUATED"], "a", encoding="utf-8") as stream:
         stream.write(f"{data['name']}\n")
     return outcome_of(Job.from_data(data)).to_json()
