@@ -156,7 +156,7 @@ def answer_of(case: Case, out: Path, show: Progress, products: Products) -> Resu
     page, cad = (True if opens() else products.page), products.cad
     found = None if products.fresh else cached_answer(case, out, page, cad)
     if found is not None:
-        show("analysed before: its answer is taken (--fresh analyses it again)")
+        show("analysed before: its answer is taken (analyse --fresh analyses it again)")
         if any(missing(case, out, page, cad)):
             from fingerdesign.analysis.folder import complete_answer
 

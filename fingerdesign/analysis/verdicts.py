@@ -42,11 +42,13 @@ _PRINTED = ("abs", "pla")  # A printer makes them, and nobody sells them as thin
 _LEAST_PLATE_MPA = 1e3  # Softer materials of the library are rubbers.
 _LEAST_GAIN = 1.5  # A fix that gains less is not worth its line.
 _LISTED = 4  # More friction coefficients are shown as a range.
+NONE_SEEN = "no stick change is seen"
+_ON_PAGE = "design.toml"  # as a page names the design that lies next to it
 _NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
 _Key = TypeVar("_Key", str, float)
 
 
-def verdict_view(result: Result, design_file: str = "design.toml") -> VerdictView:
+def verdict_view(result: Result, design_file: str = _ON_PAGE) -> VerdictView:
     """Verdicts, fixes and warnings of a result; ``design_file``: of the design in commands."""
     verdicts: tuple[Verdict, ...] = ()
     fixes: tuple[Fix, ...] = ()
@@ -193,7 +195,8 @@ def _gage_signal(found: Measurability) -> Verdict:
         count = f"at {two_digits(worst.object_mass_g)} g"
     if status == "fail":
         count = f"{two_digits(smallest / target)} x short"
-    number = f"smallest stick change seen {two_digits(smallest)}"
+    seen = smallest < 1.0  # The stick ratio itself is no greater.
+    number = f"smallest stick change seen {two_digits(smallest)}" if seen else NONE_SEEN
     return Verdict(status, "gage signal", number, f"target ≤ {target:.2f}", count)
 
 
@@ -228,7 +231,8 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
     if "gage signal" in failing and result.measurability is not None:
         yield from _gage_fixes(result.measurability, str(result.parameters.get("plates.material")))
     if failing:
-        yield Fix(f"fingerdesign optimise {design_file}", "searches one that passes")
+        here = "; the file is next to this page" if design_file == _ON_PAGE else ""
+        yield Fix(f"fingerdesign optimise {design_file}", f"searches one that passes{here}")
 
 
 def _share_fixes(result: Result) -> Iterator[Fix]:

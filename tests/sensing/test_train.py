@@ -1,6 +1,8 @@
 """Training: seeded random grip paths, their samples, errors below those of a guess, the cache."""
 
+import _thread
 import contextlib
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -162,3 +164,11 @@ def test_training_is_cached_and_repeated_for_a_broken_file(problem, own_cache, t
     again = training.training_result_for(design)
     assert again.stick_errors == first.stick_errors
     assert len(path.read_text()) > 1000
+
+
+def test_an_interruption_ends_a_training():
+    """To scikit-learn it is a warning: the network would go on half trained."""
+    rows = np.random.default_rng(0).normal(size=(4000, 20)).astype(np.float32)
+    threading.Timer(0.5, _thread.interrupt_main).start()
+    with pytest.raises(KeyboardInterrupt), network.without_convergence_warnings():
+        network.train_layers(rows, rows[:, :2], [(1e-3, 100_000)], 0)

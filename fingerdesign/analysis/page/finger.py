@@ -93,7 +93,7 @@ def finger_figure(analysis: Analysis, increment: int = -1) -> Figure:
         {
             "body": {**(shown.drawn() or {}), "color": RUBBER, "opacity": SEEN_THROUGH["body"]},
             "core": core and Triangles(core.points + _FORWARD, core.whole).drawn(),
-            "gages": gages and {**gages, "color": "--ink"},
+            "gages": gages and {**gages, "color": "--purple"},
             "edges": shown.outline(_SHARP_DEG, mirrored=mesh.symmetric),
             "size": ROOM * (high - [low[0], 0.0, low[2]]),
         }

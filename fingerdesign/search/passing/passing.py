@@ -16,7 +16,12 @@ from dataclasses import dataclass, field, replace
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.analysis.shortfall import GAGE_SIGNAL, GRIP_FORCE, LIFTS, SLIP_SENSING
-from fingerdesign.analysis.verdicts import GOOD_CORRELATION, two_digits, verdict_view
+from fingerdesign.analysis.verdicts import (
+    GOOD_CORRELATION,
+    NONE_SEEN,
+    two_digits,
+    verdict_view,
+)
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.mesh.make import mesher_of
@@ -347,8 +352,9 @@ def _of_trial(sensed: Outcome) -> Iterator[Verdict]:
         yield Verdict(status, SLIP_SENSING, f"rank correlation {area:.2f}", target)
     if change is not None:
         status = "pass" if change <= WANTED_STICK_CHANGE else "fail"
-        target, number = f"target ≤ {WANTED_STICK_CHANGE:.2f}", two_digits(change)
-        yield Verdict(status, GAGE_SIGNAL, f"smallest stick change seen {number}", target)
+        target = f"target ≤ {WANTED_STICK_CHANGE:.2f}"
+        number = f"smallest stick change seen {two_digits(change)}" if change < 1.0 else NONE_SEEN
+        yield Verdict(status, GAGE_SIGNAL, number, target)
     yield Verdict("note", LIFTS, "hand not searched yet")
 
 

@@ -72,12 +72,19 @@ def center_and_scale(rows: Array) -> tuple[Array, Array]:
 
 @contextmanager
 def without_convergence_warnings() -> Iterator[None]:
-    """Silence the warnings of networks that end after their epochs; enter it around all threads."""
+    """Silence the warnings of networks that end after their epochs; enter it around all threads.
+
+    An interruption ends a network's training early and is no more than a warning: it is raised on.
+    """
     from sklearn.exceptions import ConvergenceWarning
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)
-        yield
+        warnings.filterwarnings("error", "Training interrupted", UserWarning)
+        try:
+            yield
+        except UserWarning as stopped:
+            raise KeyboardInterrupt from stopped
 
 
 def train_layers(
