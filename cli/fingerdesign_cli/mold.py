@@ -14,6 +14,7 @@ from fingerdesign.mold.products.hours import hours_words
 from fingerdesign.mold.products.notes import cautions_of
 from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
+from fingerdesign.mold.tables import made_words, words
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign_cli.inputs import folders_above, interrupted, read_case, recorded, refuse_foreign
@@ -103,9 +104,9 @@ def _failed(report: MoldData) -> list[str]:
 
 def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
     if report["parts"]:
-        columns = ["part", "made", "size, mm", "cm³", "comes off"]
+        columns, made = ["part", "made", "size, mm", "cm³", "drawn"], made_words(report)
         columns += ["triangles"] if details() else []
-        rows = [_cells(part) for part in report["parts"]]
+        rows = [_cells(part, made[part["made"]]) for part in report["parts"]]
         print_table(f"{report['design']}: parts of its mold", columns, rows)
     for plate in report["plates"]:
         click.echo(
@@ -143,13 +144,13 @@ def _summary(report: MoldData) -> str:
     sign = SIGNS["fail" if report["failure"] else "pass"]
     cast = f"{sign} {'castable' if not report['failure'] else 'not castable'}"
     sensor = f"{SIGNS['fail']} {'; '.join(reasons)}" if reasons else SIGNS["pass"]
-    words = f"mold {cast}, {good} of {len(report['checks'])} checks · sensor {sensor}"
-    return textwrap.fill(words, WIDTH - 6, break_long_words=False, break_on_hyphens=False)
+    summary = f"mold {cast}, {good} of {len(report['checks'])} checks · sensor {sensor}"
+    return textwrap.fill(summary, WIDTH - 6, break_long_words=False, break_on_hyphens=False)
 
 
-def _cells(part: PartData) -> list[str]:
+def _cells(part: PartData, made: str) -> list[str]:
     size = " x ".join(f"{value:.1f}" for value in part["size_mm"])
     draw = "stays" if part["draw"] is None else axis_name(part["draw"])
     volume = f"{1e-3 * part['volume_mm3']:.2f}"
     triangles = [f"{part['triangles']:,}"] if details() else []
-    return [part["name"], part["made"], size, volume, draw, *triangles]
+    return [words(part["name"]), made, size, volume, draw, *triangles]

@@ -109,10 +109,8 @@ class StudyProgress:
         if (standing.threads or standing.waiting) and not self._dashboard_shown:
             self._dashboard_shown = True
             self._dashboard()
-        if self._as_json and standing.outcome is not None:
-            line(reported(standing))
-        elif standing.outcome is not None and standing.outcome.failure is not None:
-            self._failed(standing.outcome.name, standing.outcome.failure)
+        if standing.outcome is not None:
+            self._came(standing, standing.outcome)
         now = time.monotonic()
         news = standing.number == standing.of or standing.waiting != self._waited
         if news or sys.stderr.isatty() or now >= self._next:
@@ -130,6 +128,12 @@ class StudyProgress:
             line({"dashboard": address})
         elif address and not self._quiet:
             click.echo(f"Dask dashboard: {address}", err=True)
+
+    def _came(self, standing: Standing, outcome: Outcome) -> None:
+        if self._as_json:
+            line(reported(standing))
+        elif outcome.failure is not None:
+            self._failed(outcome.name, outcome.failure)
 
     def _failed(self, name: str, failure: Failure) -> None:
         self._failures += 1

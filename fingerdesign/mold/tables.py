@@ -65,10 +65,15 @@ def labels(holes: list[HoleData]) -> list[str]:
     ]
 
 
+def made_words(data: MoldData) -> dict[str, str]:
+    """How a part is made, in words, by ``made`` of the record."""
+    process = "machined" if data["process"]["name"] == "machined" else "print"
+    return {"process": process, "sheet": "cut sheet", "metal": "cut"}
+
+
 def parts_table(data: MoldData) -> Table:
     """The parts by their numbers in the picture, in the order in which they come off."""
-    process = "machined" if data["process"]["name"] == "machined" else "print"
-    made = {"process": process, "sheet": "cut sheet", "metal": "cut"}
+    made = made_words(data)
     rows = [
         (
             part["number"],

@@ -2,6 +2,7 @@
 
 import _thread
 import contextlib
+import signal
 import threading
 from dataclasses import replace
 
@@ -169,6 +170,10 @@ def test_training_is_cached_and_repeated_for_a_broken_file(problem, own_cache, t
 def test_an_interruption_ends_a_training():
     """To scikit-learn it is a warning: the network would go on half trained."""
     rows = np.random.default_rng(0).normal(size=(4000, 20)).astype(np.float32)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # Some shells ignore it.
     threading.Timer(0.5, _thread.interrupt_main).start()
-    with pytest.raises(KeyboardInterrupt), network.without_convergence_warnings():
-        network.train_layers(rows, rows[:, :2], [(1e-3, 100_000)], 0)
+    try:
+        with pytest.raises(KeyboardInterrupt), network.without_convergence_warnings():
+            network.train_layers(rows, rows[:, :2], [(1e-3, 3000)], 0)
+    finally:
+        signal.signal(signal.SIGINT, before)

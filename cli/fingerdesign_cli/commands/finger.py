@@ -309,7 +309,7 @@ def view() -> None:
     """
 
 
-study_fidelity_option = fidelity_option(None, auto=True, unset="study.fidelity")
+study_fidelity_option = fidelity_option(None, auto=True, unset="study.fidelity; of a study alone")
 
 
 @command("generate", "Write a study's variants as files.")

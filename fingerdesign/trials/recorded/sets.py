@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -99,12 +99,19 @@ def _of_no_layout(files: Sequence[Path]) -> Iterator[tuple[Path, str]]:
     tugs = {each.parent for each in files if each.name == "seq_0.pt"}
     carried = {each.parent for each in files if each.name == uskin.SENSORS[0]}
     for each in files:
-        of_set = each.match(pillars.PATTERN) or (each.name == eflesh.CLASSIFIER and bool(tugs))
-        of_set |= each.parent in tugs and each.match("seq_*.pt")
-        of_set |= each.parent in carried and each.name in uskin.FILES
         kind = each.suffix.lower()
-        if not (of_set or kind in _HDF5 or (kind == ".csv" and _is_plain(each))):
+        known = _is_of_set(each, tugs, carried) or kind in _HDF5
+        if not (known or (kind == ".csv" and _is_plain(each))):
             yield each, "its first column is not time_s" if kind == ".csv" else "of no known layout"
+
+
+def _is_of_set(file: Path, tugs: Container[Path], carried: Container[Path]) -> bool:
+    """True of a file of the public sets; tugs, carried: the folders of eFlesh and of uSkin."""
+    if file.parent in tugs and file.match("seq_*.pt"):
+        return True
+    if file.parent in carried and file.name in uskin.FILES:
+        return True
+    return file.match(pillars.PATTERN) or (bool(tugs) and file.name == eflesh.CLASSIFIER)
 
 
 def _eflesh(files: Sequence[Path], errors: list[DesignError]) -> Iterator[SetData]:

@@ -300,7 +300,7 @@ def test_the_command_prints_parts_and_verdict_and_what_replaces_a_good_mold_says
 ):
     stages()
     out = command().out
-    for words in ("contact_insert", "mold ✓ castable, 1 of 1 checks", "sensor"):
+    for words in ("contact insert", "mold ✓ castable, 1 of 1 checks", "sensor"):
         assert words in out
     stages(checks=(FAILED,))
     for replaced in (True, False):
