@@ -193,7 +193,16 @@ def _read(designs: tuple[Path, ...], run: Run, out: Path, fresh: bool) -> list[C
     ]
     if wrong or faults:
         raise DesignError.together([*wrong, DesignError(faults)])
+    for path, case in zip(designs, cases, strict=True):
+        _say_replaced(path, case.design.design.name, out)
     return cases
+
+
+def _say_replaced(path: Path, name: str, out: Path) -> None:
+    """Warn where a file of another name than its design's replaces a result of that name."""
+    if path.stem != name and (out / name).exists() and not quiet():
+        remedy = "set design.name to keep both"
+        click.echo(f"{path} has design.name {name!r}: it replaces {out / name}; {remedy}", err=True)
 
 
 def _refuse_impossible(case: Case) -> None:

@@ -124,8 +124,9 @@ def _other(path: Path, kind: str) -> dict[str, object]:
     if error is not None:
         return _faulty(path, error)
     if not (quiet() or as_json()):
-        words = "; ".join(f"{name.replace('_', ' ')} {value}" for name, value in facts.items())
-        say(f"sound {kind} {path}: {words}")
+        say(f"{SIGNS['pass']} {path}: no fault ({kind})")
+        for name, value in facts.items():
+            say_marked("", f"{name}: {value}")
     return {"file": str(path), "kind": kind, "sound": True, "faults": [], **facts}
 
 

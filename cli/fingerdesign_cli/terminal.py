@@ -8,6 +8,7 @@ import shlex
 import sys
 import textwrap
 import time
+import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -285,8 +286,17 @@ def say_result(data: Callable[[], object], show: Callable[[], None]) -> None:
 
 
 def open_page(page: Path) -> None:
-    """Open a page or a picture in the browser where ``--open`` wants it and it is there."""
-    if opens() and page.is_file():
+    """Open a page or a picture in the browser where ``--open`` wants it and it is there.
+
+    Without a browser a line on stderr names the page.
+    """
+    if not (opens() and page.is_file()):
+        return
+    try:
+        webbrowser.get()
+    except webbrowser.Error:
+        click.echo(f"no browser was found; open {page} in one", err=True)
+    else:
         click.launch(page.absolute().as_uri())
 
 

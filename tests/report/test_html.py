@@ -141,6 +141,7 @@ def out(tmp_path, plane_strain, failed):
 def test_the_browser_opens_only_when_requested(out, monkeypatch, terminal):
     opened = []
     monkeypatch.setattr("click.launch", opened.append)
+    monkeypatch.setenv("BROWSER", "true")
     terminal("view", out / "narrow", "--quiet")
     assert opened == []
     terminal("view", out / "narrow", "--quiet", "--open")

@@ -136,10 +136,12 @@ def middle_tractions(contact: ContactHistory, line: IntArray) -> tuple[Array, Ar
         return x, contact.normal_traction[:, line], contact.tangential_traction[:, line]
     x = np.linspace(x.min(), x.max(), 2 * len(x))
     weights = middle_weights(contact.points, contact.areas, line, x, contact.symmetric)
+    normal = np.maximum(contact.normal_traction @ weights.T, 0.0)
     tangential: Array = weights @ contact.tangential_traction
     if contact.symmetric:
         tangential[..., 1] = 0.0
-    return x, np.maximum(contact.normal_traction @ weights.T, 0.0), tangential
+    tangential[normal == 0.0] = 0.0  # Recovery blurs the contact's edge; no pressure, no friction.
+    return x, normal, tangential
 
 
 def touched_reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[float, float]:

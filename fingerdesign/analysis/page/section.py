@@ -31,6 +31,8 @@ _WIDTH = 560.0  # Of an SVG, in its own units.
 _GAGE_LIFT = 0.0025  # Of the drawing's width: half of a gage's line, which lies on its plate.
 _ROOM = 0.16  # Of the finger's size: between it and a dimension line.
 
+_TITLE: dict[str, Any] = {"fontsize": 9.0, "fontweight": "bold"}  # As of every other figure.
+
 # The look of a shape is a class of the style sheet in SVG, and these values in matplotlib.
 _LOOKS: dict[str, dict[str, Any]] = {
     "body": {"facecolor": style.OPEN_COLOUR, "edgecolor": style.INK, "lw": 1.0},
@@ -47,8 +49,8 @@ _LOOKS: dict[str, dict[str, Any]] = {
 class Shape:
     """A line, or an area where ``closed``, through points (n, 2), mm; its text is at their middle.
 
-    look: "body", "core", "base", "plate", "other", "gage", "thin", "arrow", "text", "object",
-    "stick" or "slip". plate: of a gage, its index.
+    look: "body", "core", "base", "plate", "other", "gage", "thin", "arrow", "text", "title",
+    "object", "stick" or "slip". plate: of a gage, its index.
     """
 
     look: str
@@ -109,6 +111,9 @@ def section_shapes(design: Design, along: str = "x") -> Iterator[Shape]:
     for frame in frames:
         if frame.along == along:
             yield from gage_shapes(design, frame, 2.0 * half)
+        elif along == "z":  # seen from the side, all gages of a row lie behind each other
+            middle, reach = design.gages.z_mm, 0.5 * design.gages.width_mm
+            yield Shape("gage", _polygon((middle - reach, frame.y), (middle + reach, frame.y)))
 
 
 def gage_shapes(design: Design, frame: PlateFrame, wide: float) -> Iterator[Shape]:
@@ -280,11 +285,12 @@ def draw_shapes(axes: Axes, shapes: Sequence[Shape]) -> None:
             axes.fill(*shape.points.T, **_LOOKS[shape.look])
         elif shape.look == "arrow":
             axes.annotate("", tuple(shape.points[1]), tuple(shape.points[0]), arrowprops=arrow)
-        elif shape.look != "text":
+        elif shape.look not in ("text", "title"):
             axes.plot(*shape.points.T, **_LOOKS[shape.look])
         if shape.text:
             x, y = 0.5 * (shape.points[0] + shape.points[-1])
-            axes.text(x, y, shape.text, fontsize=8.5, zorder=9, rotation=shape.turn_deg, **label)
+            font = _TITLE if shape.look == "title" else {"fontsize": 8.5}
+            axes.text(x, y, shape.text, zorder=9, rotation=shape.turn_deg, **font, **label)
     every = np.concatenate([each.points for each in shapes])
     low, high = every.min(axis=0), every.max(axis=0)
     margin = 0.05 * float((high - low).max())

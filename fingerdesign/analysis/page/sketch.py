@@ -3,9 +3,13 @@ no dimension line shows. Lengths in mm, angles in degrees."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fingerdesign.analysis.page.section import (
+    Shape,
     dimension_shapes,
     draw_shapes,
     enlarged_shapes,
@@ -25,10 +29,7 @@ def draw_sketch(design: Design) -> Canvas:
     rows = plate_rows(design)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.0), width_ratios=(1.3, 1.0))
     figure.suptitle(f"{design.design.name}   (mm, degrees)", x=0.02, ha="left", fontsize=11)
-    for column, along in enumerate("xz"):
-        axes = figure.add_subplot(grid[0, column])
-        draw_shapes(axes, [*section_shapes(design, along), *dimension_shapes(design, along)])
-        axes.set_title("section at z = 0" if along == "x" else "side, at x = 0")
+    draw_shapes(figure.add_subplot(grid[0, :]), _views(design))
     if rows:
         axes, plate, gage = figure.add_subplot(grid[1, 0]), rows[0].frames[0], design.gages
         draw_shapes(axes, list(enlarged_shapes(design, rows[0])))
@@ -39,6 +40,23 @@ def draw_sketch(design: Design) -> Canvas:
     words.text(0.0, 0.97, "\n".join(facts(design)), va="top", fontsize=8.5, linespacing=1.5)
     words.set_axis_off()
     return figure
+
+
+def _views(design: Design) -> list[Shape]:
+    """Section and side next to each other, on one base line and in one scale, each with its title."""
+    views = [
+        [*section_shapes(design, along), *dimension_shapes(design, along)] for along in ("x", "z")
+    ]
+    boxes = [np.concatenate([shape.points for shape in view]) for view in views]
+    top = max(float(box[:, 1].max()) for box in boxes)
+    apart = np.ptp(np.concatenate(boxes)[:, 0])
+    shift = np.array([boxes[0][:, 0].max() - boxes[1][:, 0].min() + 0.12 * apart, 0.0])
+    moved = [replace(shape, points=shape.points + shift) for shape in views[1]]
+    titles = [
+        Shape("title", np.array([[place, top + 0.08 * apart]]), text=text)
+        for place, text in ((0.0, "section at z = 0"), (shift[0], "side, at x = 0"))
+    ]
+    return [*views[0], *moved, *titles]
 
 
 def facts(design: Design) -> list[str]:
