@@ -98,6 +98,10 @@ def test_arrays_and_designs_that_were_changed_are_refused(case, tmp_path, own_ca
     analyse_into(case, tmp_path)
     folder = tmp_path / "narrow"
     text = (folder / DESIGN).read_text("utf-8")
+    (tmp_path / "copy.toml").write_text(text, "utf-8")
+    command = ["analyse", str(tmp_path / "copy.toml"), "--out", str(tmp_path)]
+    assert main([*command, "--fidelity", "plane-strain"]) == 0
+    assert "has design.name 'narrow': it replaces" in capsys.readouterr().err
     (folder / DESIGN).write_text(text.replace("width_mm = 10.0", "width_mm = 10.5", 1), "utf-8")
     assert (folder / DESIGN).read_text("utf-8") != text
     with pytest.raises(ResultError, match=r"body\.width_mm is 10\.5"):

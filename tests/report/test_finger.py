@@ -108,7 +108,7 @@ def test_the_slider_gives_each_increment_its_colours(which, request):
     assert max(shades["intensity"][names.index("pressure (MPa)")]) == pytest.approx(
         analysis.contact.normal_traction[5].max(), rel=0.01
     )
-    assert STICK in shades["intensity"][names.index("status")]
+    assert STICK in shades["intensity"][names.index("stick and slip")]
     assert f"F<sub>n</sub> {rows[5].normal_force_N:.3g} N" in words["title.text"]
     assert json.loads(json.dumps(figure, allow_nan=False)) == figure
 

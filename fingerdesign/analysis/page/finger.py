@@ -59,6 +59,7 @@ _SHADES = 250  # A colour scale shows no more steps.
 _LABEL = {"bgcolor": "--paper", "opacity": 0.85, "borderpad": 1}
 VIEWS = {"a corner": START, "the front": (0.0, 0.0), "the side": (-90.0, 0.0)}
 VIEWS |= {"above": (0.0, 90.0), "behind": (148.0, 24.0)}
+_STATES = "stick and slip"
 _STATUS = ((OPEN, "--open", "open"), (STICK, "--blue", "stick"), (SLIP, "--vermilion", "slip"))
 
 
@@ -74,8 +75,9 @@ class Painted:
     half: int | None = None
 
 
-def finger_figure(analysis: Analysis, increment: int = -1) -> Figure:
-    """The finger at an increment (-1: the last) with its controls, as Plotly has them.
+def finger_figure(analysis: Analysis, increment: int | None = None) -> Figure:
+    """The finger at an increment (None: :func:`partly_slipping`) with its controls, as Plotly has
+    them.
 
     Raises PictureError where there is no mesh, or the displacements are not of its nodes.
     """
@@ -108,8 +110,19 @@ def finger_figure(analysis: Analysis, increment: int = -1) -> Figure:
     figure["layout"] |= {"margin": {"l": 0, "r": 0, "t": 24, "b": 64}}
     surfaces = {"body": body} | ({} if core is None else {"core": core})
     _add_menus(figure, painted, surfaces)
-    _add_slider(figure, painted, list(moved), analysis.result, increment)
+    at = partly_slipping(analysis.result) if increment is None else increment
+    _add_slider(figure, painted, list(moved), analysis.result, at)
     return figure
+
+
+def partly_slipping(result: Result) -> int:
+    """The increment whose stick ratio is nearest to a half: it shows stick and slip side by side.
+
+    -1, the last, where no increment has contact.
+    """
+    ratios = [row.stick_ratio for row in result.increments]
+    away = {k: abs(ratio - 0.5) for k, ratio in enumerate(ratios) if ratio is not None}
+    return min(away, key=away.__getitem__, default=-1)
 
 
 def _plates(analysis: Analysis) -> Iterator[Painted]:
@@ -134,11 +147,25 @@ def _plates(analysis: Analysis) -> Iterator[Painted]:
 
 
 def _contact(analysis: Analysis) -> Iterator[Painted]:
-    """Everything that is ever in contact, coloured by pressure, shear traction, slip or status."""
+    """Everything that is ever in contact, coloured by status, pressure, shear traction or slip."""
     contact = analysis.contact
     if contact is None or not (contact.status != OPEN).any():
         return
     patch = patch_of(contact, analysis.depth_mm)
+    flat = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
+    common = {**LOOKS["solid"], "lighting": flat, "visible": False}
+    points, triangles, owner = patch.apart()
+    apart = places(points) | corners(triangles)
+    steps = [k / len(_STATUS) for k in range(len(_STATUS) + 1)]
+    scale = [[end, each[1]] for k, each in enumerate(_STATUS) for end in steps[k : k + 2]]
+    ticks = {"tickvals": [each[0] for each in _STATUS], "ticktext": [each[2] for each in _STATUS]}
+    look = {"colorscale": scale, "cmin": -0.5, "cmax": 2.5, "intensitymode": "cell"}
+    bar = {"colorbar": _bar(_STATES, 0.24) | ticks}
+    yield Painted(
+        {"name": _STATES, **common, **apart, **look, **bar},
+        contact.status[:, owner].astype(float),
+        6 * patch.half,
+    )
     drawn = places(patch.points) | corners(patch.triangles)
     sizes = [np.linalg.norm(each, axis=2) for each in (contact.tangential_traction, contact.slip)]
     shades = {
@@ -146,25 +173,11 @@ def _contact(analysis: Analysis) -> Iterator[Painted]:
         "shear traction (MPa)": sizes[0],
         "slip (mm)": sizes[1],
     }
-    flat = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
-    common = {**LOOKS["solid"], "lighting": flat, "visible": False}
     for name, values in shades.items():
         most = number(values.max(initial=0.0)) or 1.0
         look = {"colorscale": "Cividis", "cmin": 0.0, "cmax": most}
         trace = {"name": name, **common, **drawn, **look, "colorbar": _bar(name, 0.24)}
         yield Painted(trace, without_noise(values)[:, patch.owner], patch.half)
-    points, triangles, owner = patch.apart()
-    drawn = places(points) | corners(triangles)
-    steps = [k / len(_STATUS) for k in range(len(_STATUS) + 1)]
-    scale = [[end, each[1]] for k, each in enumerate(_STATUS) for end in steps[k : k + 2]]
-    ticks = {"tickvals": [each[0] for each in _STATUS], "ticktext": [each[2] for each in _STATUS]}
-    look = {"colorscale": scale, "cmin": -0.5, "cmax": 2.5, "intensitymode": "cell"}
-    bar = {"colorbar": _bar("status", 0.24) | ticks}
-    yield Painted(
-        {"name": "status", **common, **drawn, **look, **bar},
-        contact.status[:, owner].astype(float),
-        6 * patch.half,
-    )
 
 
 def _bar(title: str, x: float) -> Figure:

@@ -43,7 +43,7 @@ def draw_sketch(design: Design) -> Canvas:
 
 
 def _views(design: Design) -> list[Shape]:
-    """Section and side next to each other, on one base line and in one scale, each with its title."""
+    """Section and side next to each other, on one base line and in one scale, with titles."""
     views = [
         [*section_shapes(design, along), *dimension_shapes(design, along)] for along in ("x", "z")
     ]
