@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import click
 import numpy as np
 import pytest
-from fingerdesign_cli.search import shard_of
+from fingerdesign_cli.studies.search import shard_of
 
 from fingerdesign.errors import DesignError
 from fingerdesign.records.columns import FACTS, metrics_at, outcomes_at, row_of

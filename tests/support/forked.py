@@ -12,7 +12,12 @@ import runpy
 import signal
 import sys
 
-_LIBRARIES = ("fingerdesign_cli.search", "distributed.cli.dask_scheduler", "optuna", "sklearn")
+_LIBRARIES = (
+    "fingerdesign_cli.studies.search",
+    "distributed.cli.dask_scheduler",
+    "optuna",
+    "sklearn",
+)
 _CONTEXT = multiprocessing.get_context("forkserver")
 
 

@@ -312,7 +312,7 @@ def view() -> None:
 study_fidelity_option = fidelity_option(None, auto=True, unset="study.fidelity; of a study alone")
 
 
-@command("generate", "Write a study's variants as files.")
+@command("studies.generate", "Write a study's variants as files.")
 @click.argument("study_file", metavar="STUDY", type=STUDY)
 @out_option
 @click.option("--count", type=click.IntRange(min=1), help="Only the first COUNT variants.")
@@ -341,7 +341,7 @@ def generate() -> None:
     """
 
 
-@command("search", "Analyse every variant of a study.")
+@command("studies.search", "Analyse every variant of a study.")
 @click.argument("study_file", metavar="STUDY", type=STUDY)
 @out_option
 @scheduler_options
@@ -369,7 +369,7 @@ def sweep() -> None:
     """
 
 
-@command("search", "Find a finger that passes, from a design; or search a study.")
+@command("studies.search", "Find a finger that passes, from a design; or search a study.")
 @click.argument("study_file", metavar="DESIGN|STUDY", type=ShippedOrFile("design", "study"))
 @out_option
 @click.option(
@@ -413,7 +413,7 @@ def optimise() -> None:
     """
 
 
-@command("compare", "Which finger is better at what, on one page.")
+@command("studies.compare", "Which finger is better at what, on one page.")
 @click.argument("results", metavar="RESULT...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--out",

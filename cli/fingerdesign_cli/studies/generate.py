@@ -22,7 +22,7 @@ from fingerdesign.search.study.variants import (
 )
 from fingerdesign_cli.inputs import GOES_ON, interrupted, naming_out
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.study_progress import line
+from fingerdesign_cli.studies.progress import line
 from fingerdesign_cli.terminal import as_json, print_table, progress, quiet
 
 _SHOWN = 20  # invalid variants, and kinds of reasons, that are shown one by one

@@ -27,8 +27,8 @@ from fingerdesign.search.run.run import Store, run_jobs
 from fingerdesign.search.study.file import Limits
 from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.search import say_recommended
-from fingerdesign_cli.study_progress import StudyProgress
+from fingerdesign_cli.studies.progress import StudyProgress
+from fingerdesign_cli.studies.search import say_recommended
 from fingerdesign_cli.terminal import as_json, open_page, print_table, progress, say_result
 
 LIMITS = Limits(time_s=1800.0, memory_MB=8000.0)  # of one in 3-D: a minute, some gigabytes

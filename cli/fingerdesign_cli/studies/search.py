@@ -57,7 +57,7 @@ from fingerdesign.studio.document import edited_text
 from fingerdesign_cli.analyse import Products, answer_of
 from fingerdesign_cli.inputs import GOES_ON, interrupted, refuse_foreign
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.study_progress import FAILURE_WORDS, SearchProgress, StudyProgress, line
+from fingerdesign_cli.studies.progress import FAILURE_WORDS, SearchProgress, StudyProgress, line
 from fingerdesign_cli.terminal import (
     as_json,
     open_page,

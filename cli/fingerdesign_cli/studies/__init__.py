@@ -1,0 +1,1 @@
+"""Commands of studies: variants, sweeps, searches, comparisons."""
