@@ -26,6 +26,7 @@ from fingerdesign.trials.recorded.recording import SPAN_S
 from fingerdesign.trials.recorded.sets import PAGE, RECORD, RecordedData, SetData
 
 NONE = "–"
+_CHANCE = 0.5  # Rank of a detector that knows nothing.
 _SHOWN = 10  # files that were not read; a clone of a repository may have hundreds
 
 
@@ -81,10 +82,12 @@ def _ranked(own: SetData) -> Verdict:
     if first.rank is None:
         return Verdict("note", own.name, "nothing to rank", "slip and rest are needed")
     best = max((each for each in theirs if each is not None), default=None)
-    target = "chance 0.50" if best is None else f"authors {best:.2f}"
+    target = f"chance {_CHANCE:.2f}" if best is None else f"authors {best:.2f}"
     apart = _ends(first.found)[0] > _ends(first.false)[1]
     reached = apart if best is None else first.rank >= best
     number, count = f"stick share ranks {first.rank:.2f}", f"{own.recordings} recordings"
+    if best is None and not apart and first.rank > _CHANCE:
+        return Verdict("note", own.name, number, f"{target}: too few to tell", count)
     return Verdict("pass" if reached else "fail", own.name, number, target, count)
 
 
