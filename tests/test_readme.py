@@ -89,7 +89,7 @@ def test_the_readme_leads_to_a_mold_and_shows_what_is_printed(in_tmp_path, capsy
     (shown,) = re.findall(r"^```\n(mine .*?)```", TEXT, flags=re.DOTALL | re.MULTILINE)
     for line in shown.splitlines()[1:]:
         assert " ".join(line.split()) in printed
-    page = Path("molds/mine/report.html").read_text("utf-8")
+    page = Path("out/mold/mine/report.html").read_text("utf-8")
     assert page.count('class="badge"') > 6  # one a part
 
 

@@ -36,7 +36,7 @@ def mesh(
     endings = _endings(formats)
     finger, scene = read_case(design_file, scene_file)
     run_scene = scene or fundamental_scene(finger)
-    out = folder or OUT / finger.design.name
+    out = folder or OUT / "mesh" / finger.design.name
     if folder is None:  # A folder of its own, next to no other record.
         refuse_foreign(RecordFolder("mesh", "quality.json", ("mesh.*", "quality.*")), out)
     refuse(Case(finger, scene, fidelity), run_scene)

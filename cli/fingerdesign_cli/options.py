@@ -269,17 +269,27 @@ def together(*options: Callable[[Any], Any]) -> Callable[[_Command], _Command]:
     return given
 
 
-out_option = click.option(  # ``out``: the folder that holds the folder of the design or study.
-    "--out",
-    metavar="DIR",
-    type=FILE,
-    default=OUT,
-    show_default=True,
-    callback=output_folder,
-    help="Where to write: DIR/NAME, the name that of the design or study.",
-)
-# The argument DESIGN (``design_file``) and ``--out`` (``out``).
-design_and_out = together(click.argument("design_file", metavar="DESIGN", type=DESIGN), out_option)
+def out_option(folder: str = "") -> Callable[[_Command], _Command]:
+    """``--out`` (``out``): the folder that holds the folder of the design or study.
+
+    folder: of commands whose results would meet those of ``analyse`` under the design's name; they
+    write into OUT/folder where no other is given.
+    """
+    return click.option(
+        "--out",
+        metavar="DIR",
+        type=FILE,
+        default=OUT / folder,
+        show_default=True,
+        callback=output_folder,
+        help="Where to write: DIR/NAME, the name that of the design or study.",
+    )
+
+
+def design_and_out(folder: str = "") -> Callable[[_Command], _Command]:
+    """The argument DESIGN (``design_file``) and :func:`out_option`."""
+    argument = click.argument("design_file", metavar="DESIGN", type=DESIGN)
+    return together(argument, out_option(folder))
 
 
 def folder_option(name: str = "") -> Callable[[_Command], _Command]:
@@ -293,7 +303,7 @@ def folder_option(name: str = "") -> Callable[[_Command], _Command]:
         metavar="DIR",
         type=FILE,
         default=OUT / name if name else None,
-        show_default=True if name else str(OUT / "NAME"),
+        show_default=True if name else str(OUT / "mesh" / "NAME"),
         callback=output_folder,
         help="Where to write: into this very folder.",
     )

@@ -1,4 +1,4 @@
-"""Scatter of the gage area: of rows that only shear, where no normal force has to be taken out.
+"""Scatter of responses and gage area: of rows that only shear, so that no normal force is in them.
 
 A row's responses are the changes of the readings since the row before, over that of F_t; the area
 is the length of plates whose response exceeds a threshold (control/signals.py). The threshold is
@@ -17,9 +17,12 @@ from fingerdesign.control.signals import length_over
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.rows import plate_frames
+from fingerdesign.runtime.streams import stream
 from fingerdesign.sensitivity.derive import Sensitivity
 from fingerdesign.tolerance.sources import GAINS, UNIFORM, Source
 
+SURE = 0.9  # Of the fingers as made reach the response that is reported.
+_DRAWS = 20_000  # Of the linear model: a quantile of them is good to half a percent of the spread.
 _STEP = 0.05  # Of a standard deviation: a difference so small is a derivative.
 
 
@@ -31,8 +34,7 @@ def gage_areas(
     readings, force = found.readings.reading, found.readings.tangential_force
     places = {frame.index: frame.x for frame in plate_frames(design)}
     plates = sorted(gage_array(design), key=places.__getitem__)
-    approach = [0.0, *(row[0] for row in scene.path.rows)]
-    shears = np.array([one == other for one, other in pairwise(approach)])
+    shears = _shears(scene)
     if len(plates) < 2 or readings.shape[1] < len(places) or not shears.any():
         return [None] * len(force), [np.zeros(len(force))] * (len(sources) + 1)
     x = np.array([places[plate] for plate in plates])
@@ -59,8 +61,46 @@ def gage_areas(
     return [float(area) if mine else None for area, mine in zip(own, shears, strict=True)], parts
 
 
+def sure_response(
+    scene: Scene, found: Sensitivity, sources: Sequence[Source]
+) -> tuple[float, float] | None:
+    """Greatest response of the first row that only shears, microstrain/N: as designed, and what
+    ``SURE`` of the fingers as made reach, by the derivatives and the gages' factors. None without
+    such a row, or without gages.
+
+    A response r = dR / dF_t of a gage changes by (d(dR)/dp - r d(dF_t)/dp) / dF_t.
+    """
+    readings, force = found.readings.reading, found.readings.tangential_force
+    shears = _shears(scene)
+    if not (readings.size and shears.any()):
+        return None
+    row = int(np.argmax(shears))
+    pull = float(_steps(force)[row])
+    if pull == 0.0:
+        return None
+    response = _steps(readings)[row] / pull
+    more_pull = np.outer(response, _steps(found.tangential_force)[row])
+    rates = (_steps(found.reading)[row] - more_pull) / pull
+    chance, sizes = stream(0, "response"), np.concatenate([each.tolerances for each in sources])
+    made = response + (chance.uniform(-1.0, 1.0, (_DRAWS, len(sizes))) * sizes) @ rates.T
+    made *= 1.0 + GAINS * chance.uniform(-1.0, 1.0, made.shape)
+    reached = float(np.quantile(np.abs(made).max(axis=1), 1.0 - SURE))
+    return float(np.abs(response).max()), reached
+
+
+def _shears(scene: Scene) -> Array:
+    """Of each row of a path (k,): whether the approach stays as it was."""
+    approach = [0.0, *(row[0] for row in scene.path.rows)]
+    return np.array([one == other for one, other in pairwise(approach)])
+
+
+def _steps(values: Array) -> Array:
+    """Changes of each row since the one before, of the first since nothing."""
+    return np.asarray(np.diff(values, axis=0, prepend=0.0))
+
+
 def _responses(readings: Array, force: Array) -> Array:
     """Responses (k, g), microstrain/N, of each row since the one before; 0 where F_t stays."""
-    change = np.diff(readings, axis=0, prepend=0.0)
-    pull = np.diff(force, prepend=0.0)[:, None] * np.ones_like(change)
+    change = _steps(readings)
+    pull = _steps(force)[:, None] * np.ones_like(change)
     return np.abs(np.divide(change, pull, out=np.zeros_like(change), where=pull != 0.0))

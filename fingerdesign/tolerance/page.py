@@ -25,8 +25,11 @@ def view_of(found: ToleranceData) -> VerdictView:
     row = max(range(len(scatter)), key=lambda k: (scatter[k], k))
     notes = [Verdict("note", "row", f"{row + 1} of {len(scatter)}: the stick ratio scatters most")]
     notes += [Verdict("note", name, number) for name, number in _spreads(found.rows[row])]
+    if (response := found.gage_response) is not None:
+        number = f"{response[0]:.3g} µε/N as designed; 90 % of fingers reach {response[1]:.3g}"
+        notes.append(Verdict("note", "response", number))
     notes += [Verdict("note", name, number) for name, number in _yields(found)]
-    for place, source in enumerate(found.sources[:3]):
+    for place, source in enumerate(found.sources[:2]):
         name = "tighten first" if not place else "then"
         notes.append(Verdict("note", name, _source(source)))
     worst = max(row.on_kink for row in found.rows)

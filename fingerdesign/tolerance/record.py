@@ -85,6 +85,13 @@ class ToleranceData:
     cast: Annotated[CastData | None, Field(description="by real models, where they were asked for")]
     seconds: Size
     versions: dict[str, str]
+    gage_response: Annotated[
+        tuple[Size, Size] | None,
+        Field(
+            description="greatest reading per tangential force, microstrain/N: as designed, and "
+            "what 90 % of fingers as made reach; null without a row that only shears"
+        ),
+    ] = None
 
     @property
     def margin_std(self) -> tuple[float, float]:

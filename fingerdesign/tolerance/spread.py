@@ -20,7 +20,7 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
 from fingerdesign.sensitivity.variant import differentiable
-from fingerdesign.tolerance.area import gage_areas
+from fingerdesign.tolerance.area import gage_areas, sure_response
 from fingerdesign.tolerance.cast import (
     Draws,
     cast_data,
@@ -84,6 +84,7 @@ def tolerance(
         cast=cast,
         seconds=round(time.perf_counter() - start, 2),
         versions=versions(),
+        gage_response=sure_response(own, found, sources),
     )
 
 

@@ -432,6 +432,9 @@ def test_a_study_sees_the_spread_that_tolerance_reports(job):
     record = tolerance(job.case.design)
     assert found["reading_std"] == pytest.approx(record.reading_std[0])
     assert found["yield_by_motion"] == record.yield_by_motion[0]
+    # The same row as the metric of the finger as designed, and less of it.
+    assert record.gage_response[0] == pytest.approx(found["gage_response"], rel=1e-3)
+    assert found["gage_response_90"] == record.gage_response[1] < 0.97 * found["gage_response"]
     assert 0.0 < found["reading_std_calibrated"] < found["reading_std"] < 1.0
     stiff = {"mold.process": "machined", "mold.comb.tolerance_mm": 0.001}
     machined = replace(job, design=with_values(job.design, stiff), on_request=SPREAD)

@@ -1,6 +1,7 @@
 """Spread of fingers as cast, against fingers that are analysed again."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,13 +9,13 @@ import pytest
 from fingerdesign import load_design, with_values
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
-from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.sensing.perturb.finger import places_of
 from fingerdesign.sensitivity.derive import Sensitivity
-from fingerdesign.tolerance.area import gage_areas
+from fingerdesign.tolerance.area import gage_areas, sure_response
 from fingerdesign.tolerance.cast import (
     Draws,
     cast_finger,
@@ -160,6 +161,24 @@ def test_a_yield_by_motion_is_that_of_a_uniform_modulus():
     made, known = yield_by_motion(found, [Source("rubber", ("E",), (0.15,), "MPa", known=True)])
     assert made == pytest.approx((1.0 + (1.0 - 1.1 / np.sqrt(1.65)) / 0.15) / 2.0, abs=0.01)
     assert known == 1.0
+
+
+def test_nine_of_ten_fingers_reach_the_response_that_is_stated():
+    """r = (R2 - R1) / (F2 - F1) = 2 goes with 0.4 u, -1 < u < 1: nine of ten exceed 2 - 0.8 0.4.
+    Gains of a few percent move no quantile of an even distribution but near its ends."""
+    force, gages = np.array([0.5, 1.5]), np.array([[[1.0, 1.0]], [[3.0, 3.0]]])
+    rows = Readings(force, force, force, force, gages)
+    none, rates = np.zeros((2, 1)), np.array([[[[0.0]] * 2], [[[0.4]] * 2]])
+    found = Sensitivity(("a",), np.ones(1), rows, none, none, none, rates, none)
+    scene = Scene.model_validate({"path": {"increments_mm": [[0.1, 0.0], [0.1, 0.1]]}})
+    sources = [Source("a", ("a",), (1.0,), "mm")]
+    assert sure_response(scene, found, sources) == pytest.approx((2.0, 1.68), abs=0.01)
+    # A parameter that moves F_t as much as the readings leaves their ratio.
+    steady = replace(found, tangential_force=np.array([[0.0], [0.2]]))
+    _, reached = sure_response(scene, steady, sources)
+    assert reached == pytest.approx(2.0, abs=0.06)
+    pressed = Scene.model_validate({"path": {"increments_mm": [[0.1, 0.0], [0.2, 0.1]]}})
+    assert sure_response(pressed, found, sources) is None
 
 
 @pytest.mark.parametrize(

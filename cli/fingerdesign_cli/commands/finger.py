@@ -121,7 +121,7 @@ def mesh() -> None:
 
 @command("analyse", "Analyse designs: contact, gages, grips, report.")
 @click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=DESIGN)
-@out_option
+@out_option()
 @scene_option(
     "Run this scene's path alone (a file, or a shipped scene's name); without it, the "
     "fundamental case and the design's grips."
@@ -178,7 +178,7 @@ def studio() -> None:
 
 
 @command("validate", "What each modelling assumption costs, and saves.")
-@design_and_out
+@design_and_out("validate")
 @scene_option(
     "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
 )
@@ -219,7 +219,7 @@ def validate() -> None:
 
 
 @command("mold", "Spread of fingers as cast; what to tighten first.")
-@design_and_out
+@design_and_out("tolerance")
 @scene_option(
     "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
 )
@@ -246,7 +246,7 @@ def tolerance() -> None:
 
 
 @command("mold", "Make the mold that a finger is cast in.")
-@design_and_out
+@design_and_out("mold")
 @click.option(
     "--process",
     type=click.Choice(["sla", "fdm", "machined"]),
@@ -289,7 +289,7 @@ def list_() -> None:
 
 @command("view", "Draw a design, or show a result.")
 @click.argument("target", metavar="DESIGN|DIR", type=DESIGN)
-@out_option
+@out_option()
 @details_option
 @open_option
 @click.option("--cad", is_flag=True, help="Of a result: write STEP and STL files if missing.")
@@ -314,7 +314,7 @@ study_fidelity_option = fidelity_option(None, auto=True, unset="study.fidelity; 
 
 @command("studies.generate", "Write a study's variants as files.")
 @click.argument("study_file", metavar="STUDY", type=STUDY)
-@out_option
+@out_option()
 @click.option("--count", type=click.IntRange(min=1), help="Only the first COUNT variants.")
 @click.option(
     "--only",
@@ -343,7 +343,7 @@ def generate() -> None:
 
 @command("studies.search", "Analyse every variant of a study.")
 @click.argument("study_file", metavar="STUDY", type=STUDY)
-@out_option
+@out_option()
 @scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed: for time, memory, a crash.")
 @click.option(
@@ -371,7 +371,7 @@ def sweep() -> None:
 
 @command("studies.search", "Find a finger that passes, from a design; or search a study.")
 @click.argument("study_file", metavar="DESIGN|STUDY", type=ShippedOrFile("design", "study"))
-@out_option
+@out_option()
 @click.option(
     "--trials",
     type=click.IntRange(1, 100_000),

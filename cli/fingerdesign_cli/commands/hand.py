@@ -48,7 +48,7 @@ def _new_folder(
 
 
 @command("analyse", "Lift an object whose weight and friction are unknown.")
-@design_and_out
+@design_and_out()
 @controller_option
 @numbers_option(
     "--friction",
@@ -88,7 +88,7 @@ def grip() -> None:
 
 
 @command("sensing", "Train the estimator that the regulator grips by.")
-@design_and_out
+@design_and_out("train")
 @click.option(
     "--noise",
     type=FiniteRange(0.0, 1e3),
@@ -113,7 +113,7 @@ def train() -> None:
 @command("sensing", "Hidden values of one finger, from a trace or a bench.")
 @click.argument("design_file", metavar="DESIGN", type=DESIGN)
 @click.argument("source", metavar="[SOURCE]", type=FILE, required=False)
-@out_option
+@out_option("identify")
 @click.option("--measured", type=FILE, hidden=True)  # The former name of SOURCE.
 @click.option("--simulate", is_flag=True, help="Simulate a trace of a perturbed finger instead.")
 @click.option("--bench", is_flag=True, help="SOURCE is a bench; with --simulate: simulate a bench.")
@@ -178,7 +178,7 @@ noise_of_the_rig = click.option(
 
 @command("sensing", "Write the regulator, or the finger, for another system.")
 @click.argument("files", metavar="[ESTIMATOR] DESIGN", type=DESIGN, nargs=-1, required=True)
-@out_option
+@out_option("export")
 @click.option(
     "--to",
     type=click.Choice(list(TARGETS)),
@@ -223,7 +223,7 @@ def export() -> None:
 
 @command("trials", "Compare controllers over friction, weight and noise.")
 @click.argument("design_file", metavar="DESIGN", type=DESIGN, required=False)
-@out_option
+@out_option("study")
 @controllers_option
 @numbers_option(
     "--friction",

@@ -108,7 +108,8 @@ def spread_of(
     except FingerDesignError as error:
         return dict.fromkeys(SPREAD), (f"no spread of fingers as made: {error}",)
     made, calibrated = found.reading_std
-    values = (made or None, calibrated if made else None, found.yield_by_motion[0])
+    response = None if found.gage_response is None else found.gage_response[1]
+    values = (made or None, calibrated if made else None, found.yield_by_motion[0], response)
     return dict(zip(SPREAD, values, strict=True)), ()
 
 

@@ -13,7 +13,7 @@ from fingerdesign.design.base import refuse
 METRICS_VERSION = 11
 # Computed on request: each group costs as much as a section's analysis, or twice that.
 PLACEMENT = "placement_effect"
-SPREAD = ("reading_std", "reading_std_calibrated", "yield_by_motion")
+SPREAD = ("reading_std", "reading_std_calibrated", "yield_by_motion", "gage_response_90")
 ON_REQUEST = (PLACEMENT, *SPREAD)
 Goal = Literal["min", "max"]
 
@@ -111,14 +111,14 @@ _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, 
         "",
         "min",
         "greatest change of a reading by plates off their places in the mold, a share of the "
-        "largest; only where the study names it",
+        "largest; on request",
     ),
     (
         SPREAD[0],
         "",
         "min",
         "standard deviation of the readings of fingers as made, a share of the largest of their "
-        "row; only where the study names it",
+        "row; on request",
     ),
     (
         SPREAD[1],
@@ -130,8 +130,14 @@ _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, 
         SPREAD[2],
         "",
         "max",
-        "share of fingers as made that grip with 1.1 to 1.5 x least force, closed alike; only "
-        "where the study names it",
+        "share of fingers as made that grip with 1.1 to 1.5 x least force, closed alike; on "
+        "request",
+    ),
+    (
+        SPREAD[3],
+        "microstrain/N",
+        "max",
+        "greatest reading per tangential force that nine of ten fingers as made reach; on request",
     ),
     ("peak_pressure_MPa", "MPa", "min", "greatest contact pressure of the path"),
     ("plates", "", "min", "plates used"),
