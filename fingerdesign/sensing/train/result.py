@@ -71,14 +71,16 @@ def training_result_for(
     start = perf_counter()
     problem = grip_problem(design, fidelity, report=report)
     seconds = training_seconds(problem, settings, perf_counter() - start, workers)
-    whole = forecast_words(seconds)
+    begun, whole = perf_counter(), forecast_words(seconds)
     report(f"training on {settings.grips} grips, {settings.fingers} fingers: {whole}")
     grips = None
     if settings.fingers > 1:
         family = _Family(design, settings, fidelity)
 
         def shown(message: str) -> None:
-            report(f"{message}; {whole} in all")
+            left = seconds - (perf_counter() - begun)
+            words = f"{forecast_words(left)} left" if left > 0.0 else f"longer than {whole}"
+            report(f"{message}; {words}")
 
         grips = _grips_of_family(family, problem, shown, workers)
     own = finger_key(design, fidelity)
