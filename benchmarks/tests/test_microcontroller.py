@@ -13,19 +13,19 @@ from tests.support.singles import SingleRegulator
 
 @pytest.mark.slow
 @pytest.mark.parametrize("core", bench.CORES, ids=lambda core: core.name)
-def test_a_microcontroller_has_the_bits_of_numpy_within_its_limits(core, monkeypatch):
+def test_a_microcontroller_has_the_bits_of_numpy_within_its_limits(core):
     """Six samples after the features' history is full."""
-    monkeypatch.setattr(bench, "SAMPLES", 46)
+    count = 46
     if missing := bench.missing_tools():
         pytest.skip(f"not installed: {', '.join(missing)}")
     design = load_design("film_tees")
     estimator, grip = shipped_estimator(design), design.grip
-    found = bench.counted(core, estimator, grip, delay=2)
+    found = bench.counted(core, estimator, grip, delay=2, count=count)
     stiff = bench.stiffness(estimator, grip)
     bench_of = SimpleNamespace(delay=2, cross_talk=0.0, tangential_stiffness=stiff)
     single = SingleRegulator(estimator, grip, bench_of)
     for (normal, pull, *readings), answer in zip(
-        bench.samples(estimator), found.answers, strict=True
+        bench.samples(estimator, count), found.answers, strict=True
     ):
         expected = single.step(np.float32(readings), normal, pull, False)
         assert np.float32(expected[:5]).tobytes() == answer.tobytes()

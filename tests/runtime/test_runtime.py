@@ -87,10 +87,7 @@ def partial_folders(target):
     return [each for each in target.parent.iterdir() if ".partial-" in each.name]
 
 
-def test_the_next_run_of_a_name_removes_what_a_killed_one_left_and_nothing_else(
-    tmp_path, monkeypatch
-):
-    monkeypatch.setattr(files, "_FRESH_S", 0.0)
+def test_the_next_run_of_a_name_removes_what_a_killed_one_left_and_nothing_else(tmp_path):
     target = tmp_path / "out"
     others = [tmp_path / ".out.partial-mine", tmp_path / ".other.partial-01234567"]
     for each in others:
@@ -98,6 +95,8 @@ def test_the_next_run_of_a_name_removes_what_a_killed_one_left_and_nothing_else(
     command = [sys.executable, "-c", KILLED, str(target)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout.readline() == b"made\n"
+        for each in partial_folders(target):  # no longer fresh
+            os.utime(each, (0.0, 0.0))
         with files.whole_folder(target):  # the other one is still at work
             assert len(partial_folders(target)) == 4
         process.communicate()
@@ -105,6 +104,7 @@ def test_the_next_run_of_a_name_removes_what_a_killed_one_left_and_nothing_else(
     assert len(partial_folders(target)) == 3
     older = tmp_path / ".out.older-01234567"
     older.mkdir()
+    os.utime(older, (0.0, 0.0))
     with files.whole_folder(target) as aside:
         assert sorted(partial_folders(target)) == sorted([aside, *others])
         assert older.exists()  # the only result that is left

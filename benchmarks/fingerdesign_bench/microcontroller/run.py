@@ -83,10 +83,10 @@ def missing_tools() -> list[str]:
     return [name for name in TOOLS if shutil.which(name) is None]
 
 
-def samples(estimator: GripEstimator) -> Array:
+def samples(estimator: GripEstimator, count: int = SAMPLES) -> Array:
     """A press, then a pull at 3 N up to half of it: rows of F_n, F_t, readings (n, 2 + g)."""
     curves, rows = estimator.curves, []
-    for k in range(SAMPLES):
+    for k in range(count):
         normal, pull = min(0.3 + 0.1 * k, 3.0), 0.05 * max(k - 28, 0)
         pressed = _at(normal, curves.normal_force, curves.pressed)
         readings = pressed + pull * _at(normal, curves.normal_force, curves.sticking)
@@ -98,13 +98,15 @@ def _at(force: float, forces: Array, table: Array) -> Array:
     return np.array([np.interp(force, forces, column) for column in table.T])
 
 
-def counted(core: Core, estimator: GripEstimator, grip: Grip, delay: int = 0) -> Counted:
+def counted(
+    core: Core, estimator: GripEstimator, grip: Grip, delay: int = 0, count: int = SAMPLES
+) -> Counted:
     """Compile, link within the memory, run. Raises CalledProcessError where it does not fit."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for file, text in c_files(estimator, grip).items():
             (folder / file).write_text(text)
-        (folder / "samples.h").write_text(_samples_h(estimator, grip, delay))
+        (folder / "samples.h").write_text(_samples_h(estimator, grip, delay, count))
         program = folder / "firmware.elf"
         command = ["arm-none-eabi-gcc", *FLAGS, *core.flags, f"-I{folder}", "-nostartfiles"]
         command += [f"-T{_OWN / 'firmware.ld'}", str(_OWN / "firmware.c")]
@@ -130,8 +132,8 @@ def stiffness(estimator: GripEstimator, grip: Grip) -> float:
     return float(np.float32(np.interp(grip.preload_mm, curves.approach, curves.stiffness)))
 
 
-def _samples_h(estimator: GripEstimator, grip: Grip, delay: int) -> str:
-    curves, rows = estimator.curves, samples(estimator)
+def _samples_h(estimator: GripEstimator, grip: Grip, delay: int, count: int) -> str:
+    curves, rows = estimator.curves, samples(estimator, count)
     tables = {"F": curves.normal_force, "P": curves.pressed.ravel(), "S": curves.sticking.ravel()}
     tables |= {"A": curves.approach, "K": curves.stiffness}
     lines = [array_text(f"CURVE_{name}[]", values) for name, values in tables.items()]
