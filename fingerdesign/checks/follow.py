@@ -19,7 +19,7 @@ from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import approach_for, contact_reach
 
 _MARGIN = 2.0  # The paper's rule holds at most this times the least force.
-_TRAVEL = 1.5  # The forecast is up to a third short (docs/reference/fingers.md)
+_TRAVEL = 1.5  # A hanging object drags the contact; relaxed rubber is pressed deeper.
 MOST_TRAVEL = 0.25  # Of the finger's height; beyond it small strains are no model.
 # A mean distance from the middle over its root mean square is 0.87 of a line, 0.94 of a square.
 _ROUNDS, _MEAN = 4, 0.9

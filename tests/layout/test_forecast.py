@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import parse_design
+from fingerdesign.checks.load import load_design, parse_design
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.layout.zone import approach_for, candidate_zone, contact_half_width, contact_reach
 
@@ -48,6 +48,23 @@ def test_round_objects_and_edges_on_a_flat_top():
     assert 0.5 < contact_reach(BLOCK, along, 0.1)[0] < 2.0
     tilted = SceneObject(tilt_deg=10.0)
     assert contact_reach(BLOCK, tilted, 0.1)[0] == pytest.approx(0.1 / np.tan(np.radians(10)))
+
+
+@pytest.mark.parametrize(
+    ("name", "pairs"),
+    [
+        ("film_tees", ((0.068, 4.76), (0.136, 13.38), (0.272, 42.23), (0.407, 85.77))),
+        ("maeno2000", ((0.082, 5.05), (0.165, 13.36), (0.329, 39.21), (0.494, 76.75))),
+        ("homogeneous", ((0.127, 4.67), (0.254, 11.02), (0.507, 26.99), (0.761, 46.66))),
+    ],
+)
+def test_approaches_are_those_of_plane_strain_also_where_the_contact_is_as_wide_as_high(
+    name, pairs
+):
+    """Approach, mm, and force, N, of `analyse --fidelity plane-strain`; contacts up to 1.4 h."""
+    design = load_design(name)
+    for approach, force in pairs:
+        assert approach_for(design, PLANE, force) == pytest.approx(approach, rel=0.12)
 
 
 @pytest.mark.parametrize("design", [PIN, BLOCK, EDGED], ids=["pin", "block", "edged"])
