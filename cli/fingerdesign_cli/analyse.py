@@ -178,7 +178,8 @@ def _read(designs: tuple[Path, ...], run: Run, out: Path, fresh: bool) -> list[C
         with _collected(wrong):
             cases.append(run.case(load_design(path), scene))
             if cases[-1].runs_grips:
-                estimator_for(cases[-1].design, None, hands=[cases[-1].design.grip.controller])
+                hand, fidelity = cases[-1].design.grip.controller, cases[-1].fidelity
+                estimator_for(cases[-1].design, None, fidelity, [hand])
     for case in cases:
         with _collected(wrong):
             if fresh or not is_cached(case):

@@ -83,9 +83,9 @@ def estimator_for(
     """
     if path is None:
         if any(map(needs_training, hands)):
-            from fingerdesign.sensing.train.ready import unused_estimator
+            from fingerdesign.sensing.train.ready import grip_fidelity, unused_estimator
 
-            note = unused_estimator(design)
+            note = unused_estimator(design, fidelity and grip_fidelity(fidelity))
             if note and not quiet():
                 click.echo(note, err=True)
         return None

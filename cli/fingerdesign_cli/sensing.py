@@ -20,6 +20,7 @@ from fingerdesign.records.base import json_text, plain
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.machine import usable_cores
+from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import simulated_bench
 from fingerdesign.sensing.identify.bench_report import (
     CALIBRATION,
@@ -208,8 +209,8 @@ def _export_finger(design: Design, folder: Path, target: Target) -> int:
 def _export_regulator(design: Design, folder: Path, path: Path | None, target: Target) -> int:
     """Write the regulator; training, which takes minutes, begins where the folder is free."""
     is_unit = target.to == "fmu"
-    with recorded(UNITS[regulator.FILE] if is_unit else _IN_C, folder) as (aside, _):
-        estimator = _estimator_of(design, path)
+    with recorded(UNITS[regulator.FILE] if is_unit else _IN_C, folder) as (aside, show):
+        estimator = _estimator_of(design, path, show, target.fidelity)
         estimator = estimator if target.noise is None else estimator.at_noise(target.noise)
         unit = regulator.fmu(estimator, design.grip) if is_unit else b""
         texts = {} if is_unit else c_files(estimator, design.grip)
@@ -228,12 +229,17 @@ def _export_regulator(design: Design, folder: Path, path: Path | None, target: T
     return 0
 
 
-def _estimator_of(design: Design, path: Path | None) -> GripEstimator:
+def _estimator_of(
+    design: Design, path: Path | None, report: Report, fidelity: str | None
+) -> GripEstimator:
     """The estimator in a file; without one that shipped with the design, or one that is trained."""
     if path is None:
         from fingerdesign.sensing.train.ready import estimator_of, shipped_estimator
 
-        return shipped_estimator(design) or estimator_of(design)
+        if (shipped := shipped_estimator(design, fidelity)) is not None:
+            return shipped
+        report(f"no estimator ships for {design.design.name}: one is trained")
+        return estimator_of(design, report, fidelity=fidelity or "plane-strain")
     try:
         estimator = estimator_for(design, path)
     except DesignError as error:

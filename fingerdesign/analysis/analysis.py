@@ -29,6 +29,7 @@ from fingerdesign.design.schema import Design, Gages
 from fingerdesign.design.step import portable
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.fitting import misfit_words
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.mesh.files.imported import import_words
@@ -155,6 +156,8 @@ def of_choices(case: Case, scene: Scene) -> Facts:
         found["read_as_forces"] = {}
     if case.fidelity == "finite" and (note := pressure_note(design, scene)):
         found["near_dead_pressure"] = {"note": note}
+    if words := misfit_words(design):
+        found["gage_does_not_fit"] = {"words": words}
     return found
 
 

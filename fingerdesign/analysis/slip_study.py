@@ -59,9 +59,9 @@ def normal_calibration(
 ) -> NormalCalibration:
     """Readings against the normal force of a pure approach from touch to ``max_approach`` (mm).
 
-    ``points`` equal steps and the unloaded start, with straight lines between them. The friction is the problem's: a hand calibrates
-    once, on one object, and uses that for all others. Raises SolverError where an increment has no
-    accepted answer or the normal force does not grow.
+    ``points`` equal steps and the unloaded start, with straight lines between them. The friction is
+    the problem's: a hand calibrates once, on one object, and uses that for all others. Raises
+    SolverError where an increment has no accepted answer or the normal force does not grow.
     """
     motions = [Motion(max_approach * k / points, 0.0) for k in range(1, points + 1)]
     forces, readings = [0.0], [np.zeros(len(problem.model.gage_readout) // 2)]

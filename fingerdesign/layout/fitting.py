@@ -163,6 +163,14 @@ def gage_words(design: Design, fit: GageFit | None) -> str | None:
     return words
 
 
+def misfit_words(design: Design) -> str | None:
+    """The fault of a type that the design names and its plates cannot carry; None without one."""
+    fit = gage_fit(design)
+    if fit is None or fit.found is not None or not _named(design):
+        return None
+    return gage_words(design, fit)
+
+
 def gage_stiffness(design: Design, fit: GageFit | None) -> float:
     """Stiffness along the grid that the gages add to a plate where they lie, over its own.
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.keys import leaves
 from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import GageType
 from fingerdesign.errors import DesignError
@@ -112,7 +113,9 @@ def _gage_lines(design: Design, fit: GageFit) -> list[str]:
         grows = (fit.length > fit.room[0], fit.width > fit.room[1])
         larger = zip(sizes.items(), grows, strict=True)
         tried.append({f"plates.{side}_mm": size for (side, size), more in larger if more})
-    return next((_lines(values) for values in tried if _takes_gage(design, values)), [])
+    taken = next((values for values in tried if _takes_gage(design, values)), {})
+    own = dict(leaves(design.model_dump(mode="json")))
+    return _lines({key: value for key, value in taken.items() if own.get(key) != value})
 
 
 def _takes_gage(design: Design, values: Values) -> bool:

@@ -28,7 +28,12 @@ UNKNOWN = {"reason": "no mesh", "sentences": ["The leads are not known."]}
     ("keys", "placement", "leads", "words", "fix"),
     [
         ({}, PLACED, LED, [], []),
-        ({"mold.gage": "auto"}, PLACED, LED, ["no tee"], ["mold.gage = ", "mold.leads = "]),
+        # No line sets what the design has already.
+        ({"mold.gage": "auto"}, PLACED, LED, ["no tee"], ["mold.gage = "]),
+        (
+            {"mold.gage": "auto", "mold.leads": "wires"},
+            *(PLACED, LED, ["no tee"], ["mold.gage = ", "mold.leads = "]),
+        ),
         ({"mold.leads": "wires"}, PLACED, LED, ["wires cannot"], ['mold.leads = "leg"']),
         ({}, FINER, LED, ["plates off"], ['mold.process = "machined"']),
         ({}, FAR, LED, ["no finer process or comb does"], []),

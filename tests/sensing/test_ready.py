@@ -53,15 +53,17 @@ def test_each_shipped_estimator_is_its_designs_and_small():
 
 def test_the_command_line_reports_it_where_a_hand_would_use_it(film_tees, capsys):
     other = with_values(film_tees, {"plates.cover_mm": 0.61})
-    for design, hand, lines in (
-        (other, "regulator", 1),
-        (other, "paper", 0),
-        (film_tees, "regulator", 0),
+    sizes, fidelity = "is not used: finger, gages or stage", "was not trained for --fidelity plane"
+    for design, hand, model, words in (
+        (other, "regulator", "3d", sizes),
+        (other, "paper", "3d", ""),
+        (film_tees, "regulator", "3d", ""),
+        (film_tees, "regulator", "plane-strain", fidelity),
     ):
-        assert estimator_for(design, None, "3d", [hand]) is None
+        assert estimator_for(design, None, model, [hand]) is None
         reported = capsys.readouterr().err.splitlines()
-        assert len(reported) == lines
-        assert all("is not used: finger, gages or stage" in line for line in reported)
+        assert len(reported) == bool(words)
+        assert all(words in line for line in reported)
 
 
 @pytest.mark.parametrize(

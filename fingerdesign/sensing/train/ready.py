@@ -30,11 +30,14 @@ def shipped_estimator(design: Design, fidelity: str | None = None) -> GripEstima
     return next((GripEstimator.from_json(texts[key]) for key in keys if key in texts), None)
 
 
-def unused_estimator(design: Design) -> str | None:
-    """A sentence where an estimator ships under the design's name and is not for this finger."""
+def unused_estimator(design: Design, fidelity: str | None = None) -> str | None:
+    """A sentence where an estimator ships under the design's name and is not for this finger, or
+    not for the fidelity (None: any)."""
     name = design.design.name
-    if name not in estimator_texts() or shipped_estimator(design) is not None:
+    if name not in estimator_texts() or shipped_estimator(design, fidelity) is not None:
         return None
+    if shipped_estimator(design) is not None:
+        return f"{name}{ESTIMATOR_SUFFIX} is not used: it was not trained for --fidelity {fidelity}"
     return (
         f"{name}{ESTIMATOR_SUFFIX} is not used: finger, gages or stage are not those of the "
         f"shipped {name}"
@@ -57,6 +60,11 @@ def estimator_of(
     return training_result_for(design, report, workers, fidelity).estimator
 
 
+def grip_fidelity(fidelity: str) -> str:
+    """The fidelity of the estimator that an analysis of one fidelity grips with."""
+    return "3d" if fidelity == "3d" else "plane-strain"
+
+
 def with_estimator(case: Case, report: Report) -> Case:
     """The case with the estimator of its regulator. Without one it ships with the design, or is
     trained: in 3-D where the case is, for one of plane strain drops every second object there.
@@ -66,7 +74,7 @@ def with_estimator(case: Case, report: Report) -> Case:
     if not case.runs_grips or not needs_training(case.design.grip.controller):
         return case
     if case.estimator is None:
-        fidelity = "3d" if case.fidelity == "3d" else "plane-strain"
+        fidelity = grip_fidelity(case.fidelity)
         return replace(case, estimator=estimator_of(case.design, report, fidelity=fidelity))
     if faults := estimator_faults(case.design, case.estimator, case.fidelity):
         raise DesignError(faults)
