@@ -258,6 +258,7 @@ def test_triangles_are_as_fine_as_the_finger_or_the_elements_need():
     body = design_of("plates.count = 0").body
     assert chord_mm(body, 0.1) == pytest.approx(4e-4 * np.sqrt(10.0**2 + 4.0**2 + 5.0**2))
     assert chord_mm(body, 3.0) == pytest.approx(0.06)
+    assert chord_mm(body, 3.0, holes=True) == chord_mm(body, 0.1)
 
 
 def test_ways_of_plates():
