@@ -20,7 +20,7 @@ from fingerdesign.design.step import step_facts
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
-from fingerdesign.runtime.isolate import call
+from fingerdesign.runtime.isolate import call, concurrently
 from tests.support.calls import vtk_modules
 from tests.support.steps import write
 
@@ -30,6 +30,7 @@ def fresh(monkeypatch):
     """Each call has a fresh process, as outside of the tests."""
     for module in (solid_process, facts_module):
         monkeypatch.setattr(module, "call", call)
+    monkeypatch.setattr(solid_process, "concurrently", concurrently)
 
 
 def test_triangles_are_those_of_this_process(design_of):

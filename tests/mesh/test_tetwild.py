@@ -17,7 +17,7 @@ from fingerdesign.mesh.measures import cell_volumes, curved_areas
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.sizing import MeshSizes, SizeField
 from fingerdesign.mesh.tetra.run import Attempt, run_tetwild, validate_surface
-from fingerdesign.mesh.tetra.tetwild import Gate, envelope_mm, tetrahedralise
+from fingerdesign.mesh.tetra.tetwild import Gate, chord_mm, envelope_mm, tetrahedralise
 from fingerdesign.mesh.tetra.ways import plate_ways
 from fingerdesign.mesh.types import Mesh
 from tests.support.boxes import simplices
@@ -81,7 +81,7 @@ def made(case):
 def unplated():
     """The finger without plates: design, mesh and triangles."""
     design, mesh = made("no plates")
-    return design, mesh, tetwild.finger_triangles(design, tetwild.chord_mm(design.body), True, ())
+    return design, mesh, tetwild.finger_triangles(design, 0.01, True, ())
 
 
 @pytest.fixture
@@ -140,7 +140,7 @@ def test_what_lies_on_the_contact_is_asked_of_nodes_where_they_stay(monkeypatch)
     monkeypatch.setattr("fingerdesign.mesh.tetra.finish.improve", moved)
     (way,), zone = plate_ways(design, True), Zone(3.0)
     field = tetwild.size_field(design, way.sized, MeshSizes.of(design, zone).scaled(4.0), zone)
-    _, outside = tetwild.finger_triangles(design, tetwild.chord_mm(design.body), True, way.meshed)
+    _, outside = tetwild.finger_triangles(design, 0.01, True, way.meshed)
     points = good.points[: good.corners.max() + 1]
     mesh = tetwild.finish(design, way, points, good.corners, outside, True, field, 10**6)
     assert mesh.points[np.unique(mesh.facets["contact"])][:, 1].min() > 4.0
@@ -248,10 +248,17 @@ def test_a_vanished_plate_is_refused(steps, unplated):
 def test_the_envelope_follows_the_thinnest_part():
     thick = design_of("plates.count = 1")
     thin = parse_design('design.name = "t"\nplates.thickness_mm = 0.04')
-    assert envelope_mm(thin, plate_frames(thin)) == pytest.approx(0.004)
-    assert envelope_mm(thick, plate_frames(thick)) <= 0.01
+    assert envelope_mm(thin, plate_frames(thin), 0.01) == pytest.approx(0.004)
+    assert envelope_mm(thick, plate_frames(thick), 0.01) == 0.01
     nail = parse_design('design.name = "t"\nplates.count = 0\nbody.core = { height_mm = 0.1 }')
-    assert envelope_mm(nail, ()) == pytest.approx(0.01, rel=0.1)
+    assert envelope_mm(nail, (), 0.02) == pytest.approx(0.01)
+
+
+def test_triangles_are_as_fine_as_the_finger_or_the_elements_need():
+    body = design_of("plates.count = 0").body
+    assert chord_mm(body, 0.1) == pytest.approx(4e-4 * np.sqrt(10.0**2 + 4.0**2 + 5.0**2))
+    assert chord_mm(body, 3.0) == pytest.approx(0.06)
+    assert chord_mm(body, 3.0, holes=True) == chord_mm(body, 0.1)
 
 
 def test_ways_of_plates():

@@ -16,6 +16,7 @@ from fingerdesign.search.run.cluster import Cluster, ClusterError
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Store, StoreError, run_jobs
 from fingerdesign.search.study.file import Cost, Limits
+from tests.support.sweep_evaluators import outcome_of
 
 LIMITS = Limits(time_s=20.0, memory_MB=1000.0)
 
@@ -61,7 +62,7 @@ def test_a_second_run_computes_nothing_and_twins_are_computed_once(base, tmp_pat
 
 
 @pytest.mark.slow
-def test_bad_jobs_are_failures_and_the_rest_is_done(base, tmp_path):
+def test_bad_jobs_are_failures_and_the_rest_is_done(base, tmp_path, evaluators):
     kinds = {
         "crash": ("crashed", "SIGABRT"),
         "exit": ("crashed", "code 3"),
@@ -71,6 +72,9 @@ def test_bad_jobs_are_failures_and_the_rest_is_done(base, tmp_path):
         "babble": ("crashed", "its process answered with"),
     }
     jobs = [job(base, n, act=act) for n, act in enumerate([*kinds, "killed", "", "", ""])]
+    for good in jobs[len(kinds) :]:
+        answer = outcome_of(good.to_data()).to_json()
+        Path(f"{evaluators}.{good.name}").write_text(answer, "utf-8")
     with Cluster(2, evaluator="sweep_evaluators:bad") as cluster:
         found = run_jobs(jobs, Store(tmp_path), cluster, Limits(time_s=4.0, memory_MB=400.0))
     for each, (kind, words) in zip(found, kinds.values(), strict=False):

@@ -10,12 +10,10 @@ import os
 import signal
 import sys
 import tempfile
-import threading
 from itertools import pairwise
 
 import pytest
 
-_CURRENT = "PYTEST_CURRENT_TEST"  # in the environment, another one for each test
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy comes; workers inherit it
 
 pytest_plugins = [
@@ -46,23 +44,19 @@ def pytest_unconfigure(config):
 
 
 @pytest.fixture(autouse=True, scope="session")
-def one_cad_kernel():
-    """What builds, meshes or reads bodies loads the CAD kernel (2 s) once for as long as the
-    environment stays, not once a call. That a call gets a fresh process is tested with
-    ``runtime.isolate``."""
-    from fingerdesign.runtime.isolate import Worker
+def warm_processes():
+    """What builds, meshes, reads and draws bodies runs in processes that have loaded it (2 s)."""
+    from tests.support.warm import Warm
 
-    own = threading.local()  # a worker is for one thread
-
-    def call(function, *given, **named):
-        around = {name: value for name, value in os.environ.items() if name != _CURRENT}
-        if around != getattr(own, "around", None):
-            own.around, own.worker = around, Worker(recycled_after=20, idle_s=120.0)
-        return own.worker.call(function, *given, **named)
-
+    warm = Warm()
+    modules = {
+        "call": ("cad.solid_process", "design.step", "mold.make", "mesh.pictures"),
+        "concurrently": ("cad.solid_process", "mold.make", "mold.picture"),
+    }
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("cad.solid_process", "design.step", "mold.make"):
-            patch.setattr(f"fingerdesign.{module}.call", call)
+        for name, users in modules.items():
+            for module in users:
+                patch.setattr(f"fingerdesign.{module}.{name}", getattr(warm, name))
         yield
 
 

@@ -34,6 +34,11 @@ CONTACT_OVERSHOOT = 1.33
 # fTetWild made 0.87 to 0.97 times the expected tetrahedra, 2 times where plates were very thin;
 # where its optimisation went astray (a stop energy of 20) 3 to 8 times.
 MOST_ELEMENTS_RATIO = 2.5
+# Chords far finer than the elements cost fTetWild most of its time, and make elements that no size
+# asks for. Bodies in edges of 1 mm at the contact took 33 (pin) and 16 s (domed) of processor time
+# with chords of 0.01 mm and take 11 and 7 s with 0.02; seven coarse fingers took 55 s and take 16.
+# Elements at round holes come out longer: the volume of a plate is off by 1.3e-4, not by 1e-4.
+CHORD_SHARE = 0.02
 FEW_ELEMENTS = 40_000  # never too many: holes and bends need elements that no size names
 MOST_ELEMENTS = 600_000  # about 2.5 million dofs: no machine this is for factors more
 
@@ -125,8 +130,9 @@ def _attempted(
             f"more than {MOST_ELEMENTS}; raise mesh.contact_size_mm, plate_size_mm or far_size_mm"
         )
     most = max(int(MOST_ELEMENTS_RATIO * expected), FEW_ELEMENTS)
-    parts, outside = finger_triangles(design, chord_mm(design.body), symmetric, way.meshed)
-    epsilon = attempt.envelope * envelope_mm(design, way.meshed)
+    chord = chord_mm(design.body, scaled.contact, any(each.holes for each in way.meshed))
+    parts, outside = finger_triangles(design, chord, symmetric, way.meshed)
+    epsilon = attempt.envelope * envelope_mm(design, way.meshed, chord)
     limit = float(design.mesh.time_limit_s)
     settings = replace(attempt, envelope=epsilon)
     points, tets = run_tetwild(*parts, field, settings, limit, expected)
@@ -136,7 +142,7 @@ def _attempted(
     return mesh
 
 
-def envelope_mm(design: Design, frames: tuple[PlateFrame, ...]) -> float:
+def envelope_mm(design: Design, frames: tuple[PlateFrame, ...], chord: float) -> float:
     """fTetWild's envelope: a tenth of the thinnest part, at most the chord tolerance.
 
     At a quarter of the thickness plates still survive; at 1.2 times they vanish without a word.
@@ -144,17 +150,18 @@ def envelope_mm(design: Design, frames: tuple[PlateFrame, ...]) -> float:
     thin = [frame.thickness for frame in frames]
     if design.body.core is not None:
         thin.append(design.body.core.height_mm)
-    return min([chord_mm(design.body), *(0.1 * each for each in thin)])
+    return min([chord, *(0.1 * each for each in thin)])
 
 
-def chord_mm(body: Body) -> float:
-    """Chord tolerance of the triangles to mesh, mm: 0.01 for a finger of 25 mm.
+def chord_mm(body: Body, contact: float, holes: bool = False) -> float:
+    """Chord tolerance of the triangles to mesh, mm: 0.01 for a finger of 25 mm, or CHORD_SHARE of
+    an edge at the contact (mm) where that is more and no plate has holes.
 
     Snapping takes the chords out again. At 0.002 fTetWild ran for minutes on a finger of 25 mm, at
     0.01 for a minute on one of 65 mm.
     """
     size = float(np.hypot(np.hypot(body.width_mm, body.base_height_mm), body.depth_mm))
-    return 4e-4 * size
+    return 4e-4 * size if holes else max(4e-4 * size, CHORD_SHARE * contact)
 
 
 def size_field(
