@@ -4,13 +4,13 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import click
 from click.core import ParameterSource
 
 from fingerdesign.analysis.answers import (
-    DESIGN,
     PAGE,
     cached_answer,
     is_cached,
@@ -145,7 +145,7 @@ def analyse(
         with progress(name) as show:
             part = part_of(show, done, len(cases))
             results.append(answer_of(case, out, part, products))
-    _report(results, out)
+    _report(results, out, [str(path) for path in designs])
     for result in results:
         open_page(out / result.design / PAGE)
     return 0 if all(result.status == "ok" for result in results) else 1
@@ -224,10 +224,10 @@ def _collected(wrong: list[DesignError]) -> Iterator[None]:
         wrong.append(error)
 
 
-def _report(results: list[Result], out: Path) -> None:
+def _report(results: list[Result], out: Path, files: list[str]) -> None:
     def show() -> None:
-        for result in results:
-            _show(result, out / result.design)
+        for result, file in zip(results, files, strict=True):
+            _show(result, out / result.design, file)
 
     if quiet() and not as_json():
         for each in results:
@@ -250,8 +250,9 @@ def _say_failure(result: Result) -> None:
         click.echo(f"{result.design} failed: {result.failure}", err=True)
 
 
-def _show(result: Result, folder: Path) -> None:
-    say_block(verdict_view(result, str(folder / DESIGN)), folder)
+def _show(result: Result, folder: Path, file: str) -> None:
+    """The result as a block; file: of its design, as the user named it."""
+    say_block(verdict_view(result, file), folder)
     if details():
         _say_details(result)
 
@@ -287,7 +288,8 @@ def grip(
     if result.failure and not as_json():
         _say_failure(result)
     grips = [asdict(each) for each in result.grips]
-    say_result(lambda: _facts(result, out) | {"grips": grips}, lambda: _show_grips(result, out))
+    show_grips = partial(_show_grips, result, out, str(design_file))
+    say_result(lambda: _facts(result, out) | {"grips": grips}, show_grips)
     open_page(out / result.design / PAGE)
     return 0 if result.status == "ok" else 1
 
@@ -319,7 +321,7 @@ def _with_options(design: Design, given: dict[str, tuple[str, object]]) -> Desig
         raise DesignError(faults) from None
 
 
-def _show_grips(result: Result, out: Path) -> None:
+def _show_grips(result: Result, out: Path, file: str) -> None:
     if result.failure:
         return
     first = result.grips[0]
@@ -331,7 +333,7 @@ def _show_grips(result: Result, out: Path) -> None:
     cells = [[row[k] for k in shown] for row in rows]
     headings = [_HEADINGS[k] for k in shown]
     print_table(f"{result.design}: {mass}{first.controller}", headings, cells, WIDTH)
-    _show(result, out / result.design)
+    _show(result, out / result.design, file)
 
 
 def _row(grip: GripResult) -> list[str]:

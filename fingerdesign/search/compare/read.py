@@ -221,7 +221,7 @@ def _marks(many: Sequence[Outcome], places: list[str]) -> list[str]:
 
 
 def _sources(path: Path) -> list[_Source]:
-    if path.is_file() and path.name != RESULT_FILE:
+    if path.is_file() and path.name != RESULT_FILE and path.suffix != ".toml":
         return [_Source(path, _lines(path))]
     found = _folder(path)
     for place in () if found else sorted(path.glob("[!.]*/")):
