@@ -129,7 +129,7 @@ def derivatives(
     ends = np.cumsum([len(step.row) for step in steps]) - 1
     needed = needed_dofs(problem, increments, nodes)
     fields = response_fields(model.condensed, nodes, needed)
-    found = IncrementRates(problem, fields, changes, increments)
+    found = IncrementRates(problem, fields, changes, increments, steps if stick else ())
     total, gages = found.at(ends)
     return Sensitivity(
         names=tuple(parameter.name for parameter in parameters),
@@ -137,7 +137,7 @@ def derivatives(
         readings=readings_of(steps, design.gages.face),
         normal_force=-total[:, 1],
         tangential_force=total[:, 0],
-        stick_ratio=found.stick_ratio(steps) if stick else np.full(total[:, 0].shape, np.nan),
+        stick_ratio=found.stick_ratio() if stick else np.full(total[:, 0].shape, np.nan),
         gages=gages,
         on_kink=np.maximum.accumulate(found.path.on_kink)[ends],
     )
@@ -156,8 +156,9 @@ def changes_of(
 class IncrementRates:
     """Rates of a path's increments with all parameters; fields: of the nodes that touch.
 
-    path: of the contact; explicit (K, n, dim, P): of local displacements under fixed forces;
-    readings (P, K, 2 plates): of strains under them; frames (n, dim, dim, P).
+    steps: rows whose stick ratios are wanted; path: of the contact; explicit (K, n, dim, P): of
+    local displacements under fixed forces; readings (P, K, 2 plates): of strains under them;
+    frames (n, dim, dim, P).
     """
 
     def __init__(
@@ -166,15 +167,17 @@ class IncrementRates:
         fields: ResponseFields,
         changes: Sequence[Change],
         increments: Sequence[Increment],
+        steps: Sequence[Step] = (),
     ) -> None:
         self._problem, self._fields, self._increments = problem, fields, increments
-        self._changes = changes
+        self._changes, self._steps = changes, steps
         nodes = fields.nodes
         count, dim, size, past = len(nodes), problem.shape[1], len(changes), len(increments)
         force = np.array([increment.force[nodes] for increment in increments])
         left, sizes, right = svd(force.reshape(past, -1).T, full_matrices=False)
         rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
-        basis = fields.change_of(changes, left[:, :rank])
+        self._pairs = border_pairs(problem, steps, nodes)
+        basis, self._between = fields.rates(changes, left[:, :rank], self._along_normals())
         free = ~problem.model.locked[nodes].reshape(-1)  # on the mirror plane z does not yield
         basis[:, : fields.contact] *= free[:, None]
         rates = basis @ (sizes[:rank, None] * right[:rank])
@@ -222,32 +225,35 @@ class IncrementRates:
         strain += self.readings[:, ends].transpose(1, 2, 0)
         return total, MICRO * strain.reshape(len(ends), -1, 2, flat.shape[2])
 
-    def stick_ratio(self, steps: Sequence[Step]) -> Array:
-        """Rates (k, P) of the stick ratio at each row's end, NaN without contact."""
+    def stick_ratio(self) -> Array:
+        """Rates (rows, P) of the stick ratio at each row's end, NaN without contact."""
         model, size = self._problem.model, len(self._changes)
         areas, facets = np.zeros((model.nodes, size)), np.zeros((len(model.facets), size))
         for p, change in enumerate(self._changes):
             if change.facing is not None:
                 areas[:, p], facets[:, p] = change.facing.areas, change.facing.facet_areas
-        pairs = border_pairs(self._problem, steps, self._fields.nodes)
-        own = OwnRates(pairs, self._between(*pairs), areas, facets, self._friction)
-        areas = area_rates(self._problem, steps, self.path, own)
+        own = OwnRates(self._pairs, self._by_pair(), areas, facets, self._friction)
+        areas = area_rates(self._problem, self._steps, self.path, own)
         contact, stick = (
-            np.array([getattr(step.measures, name) for step in steps])[:, None]
+            np.array([getattr(step.measures, name) for step in self._steps])[:, None]
             for name in ("contact_area", "stick_area")
         )
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray((areas[:, 1] - areas[:, 0] * (stick / contact)) / contact)
 
-    def _between(self, first: IntArray, second: IntArray) -> Array:
-        """Rates (pairs, P) of normal displacements of near nodes by normal forces on others."""
-        fields, count = self._fields, len(self._fields.nodes)
-        normals = self._problem.frames[fields.nodes, 0]
-        unit = np.zeros((2, count, normals.shape[1], len(first)))
-        for k, own in enumerate((first, second)):
+    def _along_normals(self) -> tuple[Array, Array]:
+        """Unit normal forces (contact, pairs) on the first and on the second node of each pair."""
+        normals = self._problem.frames[self._fields.nodes, 0]
+        unit = np.zeros((2, *normals.shape, len(self._pairs[0])))
+        for k, own in enumerate(self._pairs):
             unit[k, own, :, np.arange(len(own))] = normals[own]
-        left, right = unit.reshape(2, fields.contact, -1)
-        found = fields.between(self._changes, left, right).T
+        first, second = unit.reshape(2, self._fields.contact, -1)
+        return first, second
+
+    def _by_pair(self) -> Array:
+        """Rates (pairs, P) of normal displacements of near nodes by normal forces on others."""
+        found, (first, second) = self._between.T, self._pairs
+        normals = self._problem.frames[self._fields.nodes, 0]
         crossed = self._compliance.reshape(*normals.shape, *normals.shape)
         for one, two in ((first, second), (second, first)):
             block = crossed[one, :, two]  # of the displacement of one by forces on two

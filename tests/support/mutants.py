@@ -300,8 +300,8 @@ fingerdesign/search/run/evaluate.py | tests/search/test_evaluate.py
 
 derivatives: the field of a force on the rows has the other sign
 fingerdesign/fem/factor.py | tests/fem/test_condensation.py
-- bordered[self._size :] = -forces[self._some]
-+ bordered[self._size :] = forces[self._some]
+- loads[:, self._size :] = -border
++ loads[:, self._size :] = border
 
 regulator: a small tug at a hanging object is not answered
 fingerdesign/control/controllers/regulator.py | tests/control/test_estimator.py
