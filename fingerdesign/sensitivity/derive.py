@@ -182,31 +182,31 @@ class IncrementRates:
         basis[:, : fields.contact] *= free[:, None]
         rates = basis @ (sizes[:rank, None] * right[:rank])
         moved = rates[:, : fields.contact].reshape(size, count, dim, past)
-        self.readings = rates[:, fields.contact :].transpose(0, 2, 1)
+        self.readings = rates[:, fields.contact :].transpose(0, 2, 1).copy()
+        self.explicit = np.einsum("nab,pnbk->knap", problem.frames[nodes], moved)
+        del basis, rates, moved  # as large as what stays
+        self._compliance = fields.values[: fields.contact, : fields.contact]
         self.frames = np.zeros((count, dim, dim, size))
-        modes, gap = np.zeros((5, count, dim, size)), np.zeros((count, size))
+        amplitudes = np.array([increment.motion.amplitudes for increment in increments])
         for p, change in enumerate(changes):
             if (facing := change.facing) is not None:
-                self.frames[..., p], modes[..., p] = facing.frames[nodes], facing.modes[:, nodes]
-                gap[:, p] = facing.gap[nodes]
-        self.explicit = np.einsum("nab,pnbk->knap", problem.frames[nodes], moved)
-        self.explicit[:, :, 0] += gap
-        amplitudes = np.array([increment.motion.amplitudes for increment in increments])
-        self.explicit += np.einsum("ka,anip->knip", amplitudes, modes, optimize=True)
-        self._compliance = fields.values[: fields.contact, : fields.contact]
-        if self.frames.any():
-            self.explicit += self._turned(force)
+                self.frames[..., p] = facing.frames[nodes]
+                self.explicit[:, :, 0, p] += facing.gap[nodes]
+                self.explicit[..., p] += np.tensordot(amplitudes, facing.modes[:, nodes], 1)
+        turns = np.flatnonzero(self.frames.any(axis=(0, 1, 2)))
+        if len(turns):
+            self.explicit[..., turns] += self._turned(force, self.frames[..., turns])
         self._friction = np.array([change.friction for change in changes])
         self.path = path_rates(problem, increments, nodes, self.explicit, self._friction)
 
-    def _turned(self, force: Array) -> Array:
+    def _turned(self, force: Array, frames: Array) -> Array:
         """Rates (K, n, dim, P) of local displacements as the frames turn, and forces with them."""
         past, count, dim = force.shape
         nodes, compliance = self._fields.nodes, self._compliance
         yielded = (force.reshape(past, -1) @ compliance.T).reshape(force.shape)
-        found = np.einsum("nabp,knb->knap", self.frames, yielded)
+        found = np.einsum("nabp,knb->knap", frames, yielded)
         local = np.array([increment.multiplier[nodes] for increment in self._increments])
-        turned = np.einsum("nabp,kna->knbp", self.frames, local).reshape(past, count * dim, -1)
+        turned = np.einsum("nabp,kna->knbp", frames, local).reshape(past, count * dim, -1)
         back = (compliance @ turned).reshape(past, count, dim, -1)
         return np.asarray(found + np.einsum("nab,knbp->knap", self._problem.frames[nodes], back))
 

@@ -26,7 +26,7 @@ from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, System, pressure_nodes
 from fingerdesign.sensitivity.change import Change
 
-_ENTRIES = 1_000_000  # Of the largest temporary array: 8 MB.
+_ENTRIES = 400_000  # Of the largest temporary array: 8 MB.
 _ALIKE = 1e-12  # Of the body's size, and of the fastest node: a smaller difference is rounding.
 
 
@@ -66,10 +66,11 @@ def products(
             moved = part.without_translation(right[local[rates.classes]], 1)
             moved = moved.reshape(*place.shape[:2], -1)
             add = sp.csr_matrix((np.ones(place.size), (place.ravel(), np.arange(place.size))))
-            force = [add @ (each @ moved).reshape(place.size, count) for each in rates.matrices]
-            product = left.take(own, axis=1) @ np.hstack(force)
-            shape = len(fields), len(force), count
-            found[rates.numbers] += product.reshape(shape).swapaxes(0, 1)
+            force = np.empty((len(own), len(rates.numbers), count))
+            for number, each in enumerate(rates.matrices):
+                force[:, number] = add @ (each @ moved).reshape(place.size, count)
+            product = left.take(own, axis=1) @ force.reshape(len(own), -1)
+            found[rates.numbers] += product.reshape(-1, *force.shape[1:]).swapaxes(0, 1)
         if between.size:
             here, there = (
                 part.without_translation((side @ left[:first])[:, local], 2) for side in shares
@@ -115,7 +116,7 @@ def _unknowns(body: Body, system: System) -> tuple[IntArray, float]:
     return np.hstack([found, pressures]), float(system.pressure_lift.data[0])
 
 
-def _classes(body: Body, changes: Sequence[Change]) -> Iterator[IntArray]:
+def _classes(body: Body, changes: Sequence[Change]) -> list[IntArray]:
     """Cells (c, z) of c classes; those of a class have one matrix, whatever the change.
 
     By their places along x: most changes are of one plate, and its cells are then in few parts.
@@ -124,7 +125,7 @@ def _classes(body: Body, changes: Sequence[Change]) -> Iterator[IntArray]:
     moving, moduli = np.zeros_like(mesh.points), np.zeros((2, len(mesh.cells)))
     for change, share in zip(changes, chance.uniform(1.0, 2.0, len(changes)), strict=True):
         if change.velocity is not None:
-            moving += share * change.velocity
+            moving += share * change.velocity.toarray()
         if change.moduli is not None:
             moduli += share * change.moduli
     keys = [body.youngs_modulus, body.poissons_ratio, body.pressed, *moduli]
@@ -138,9 +139,10 @@ def _classes(body: Body, changes: Sequence[Change]) -> Iterator[IntArray]:
     alike, times = np.unique(key, return_inverse=True, return_counts=True)[1:]
     order, ends = np.argsort(alike, kind="stable"), np.cumsum(times)
     along = mesh.points[mesh.corners, 0].mean(axis=1)
-    for size in np.unique(times):
-        cells = order[(ends[times == size] - size)[:, None] + np.arange(size)]
-        yield cells[np.argsort(along[cells[:, 0]], kind="stable")]
+    every = [
+        order[(ends[times == size] - size)[:, None] + np.arange(size)] for size in np.unique(times)
+    ]
+    return [cells[np.argsort(along[cells[:, 0]], kind="stable")] for cells in every]
 
 
 def _parts(body: Body, system: System, changes: Sequence[Change], count: int) -> Iterator["_Part"]:
@@ -156,11 +158,16 @@ def _parts(body: Body, system: System, changes: Sequence[Change], count: int) ->
             yield _Part.of(body, cells[own, 0], there, active[:, own], unit)
 
 
+def _at(velocity: sp.csr_matrix, nodes: IntArray) -> Array:
+    """Velocities (c, n, dim) at the nodes of cells."""
+    return np.asarray(velocity[nodes.ravel()].toarray()).reshape(*nodes.shape, -1)
+
+
 def _active(body: Body, change: Change, cells: IntArray) -> BoolArray:
     """Which cells' stiffness a parameter changes."""
     found = np.zeros(len(cells), dtype=bool)
     if change.velocity is not None:
-        velocity = change.velocity[body.mesh.cells[cells]]
+        velocity = _at(change.velocity, body.mesh.cells[cells])
         found |= (velocity != velocity[:, :1]).any(axis=(1, 2))
     if change.moduli is not None:
         found |= change.moduli[:, cells].any(axis=0)
@@ -223,11 +230,14 @@ class _Part:
                 alike.setdefault(classes.tobytes(), []).append(number)
         for own, numbers in alike.items():
             classes = np.frombuffer(own, dtype=bool)
-            matrices = [self._matrices(changes[number], classes) for number in numbers]
-            yield _Rates(numbers, classes, np.array(matrices))
+            size = self.unknowns.shape[1]
+            matrices = np.empty((len(numbers), classes.sum(), size, size))
+            for each, number in zip(matrices, numbers, strict=True):
+                self._fill(each, changes[number], classes)
+            yield _Rates(numbers, classes, matrices)
 
-    def _matrices(self, change: Change, classes: BoolArray) -> Array:
-        """dK (c, m, m) of some classes' cells, for unknowns as those of the part."""
+    def _fill(self, found: Array, change: Change, classes: BoolArray) -> None:
+        """Put dK (c, m, m) of some classes' cells there, for unknowns as those of the part."""
         slopes, hats = self.slopes[classes], self.hats
         stress, pull, square = self._laws(change, classes)
         count, points, dim, nodes = *pull.shape[:3], slopes.shape[2]
@@ -238,13 +248,11 @@ class _Part:
         )
         solid = (turned @ force).reshape(count, nodes, dim, dim, nodes).swapaxes(3, 4)
         size = nodes * dim
-        found = np.empty((count, size + len(hats), size + len(hats)))
         found[:, :size, :size] = solid.reshape(count, size, size)
         pressed = (pull[..., None] * hats.T[:, None, None]).reshape(count, points * dim, -1)
         found[:, :size, size:] = (turned @ pressed).reshape(count, size, -1)
         found[:, size:, :size] = found[:, :size, size:].swapaxes(1, 2)
         found[:, size:, size:] = -(hats * square[:, None]) @ hats.T
-        return found
 
     def _laws(self, change: Change, classes: BoolArray) -> tuple[Array, Array, Array]:
         """The matrix (c, q, j, i, l, k) of S on grad u and (c, q, j, i) on p, and r on p (c, q),
@@ -254,7 +262,7 @@ class _Part:
         stress = np.zeros((count, points, dim**2, dim**2))
         pull, square = np.zeros((count, points, dim, dim)), np.zeros((count, points))
         if change.velocity is not None:
-            flow = self.slopes[classes] @ change.velocity[self.nodes[classes]]
+            flow = self.slopes[classes] @ _at(change.velocity, self.nodes[classes])
             flow = flow.reshape(count, points, dim, dim) * weights[:, :, None, None]
             growth = np.einsum("cqii->cq", flow)
             still = np.zeros((count, points, dim**2, dim**2))

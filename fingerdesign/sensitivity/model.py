@@ -54,7 +54,8 @@ class ResponseFields:
         found = np.zeros((len(changes), len(self.rows), loads.shape[1]))
         every, between = products(self.body, self.system, changes, self.fields, some, (here, there))
         first, own = len(facing), self.values[: self.contact, : self.contact]
-        for whole, rate, pair, change in zip(found, -every, between, changes, strict=True):
+        for whole, rate, pair, change in zip(found, every, between, changes, strict=True):
+            rate *= -1.0
             pair *= -1.0
             if (trace := self._trace_of(change)) is not None:
                 read = self._read(trace)
