@@ -15,7 +15,6 @@ swept body.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -27,15 +26,8 @@ from fingerdesign.fem.system import Body, System, pressure_nodes
 from fingerdesign.sensitivity.change import Change
 
 _ENTRIES = 400_000  # Of the largest temporary array: 8 MB.
+_PAIRS = 24  # That are multiplied at a time: they stay in the processor's cache.
 _ALIKE = 1e-12  # Of the body's size, and of the fastest node: a smaller difference is rounding.
-
-
-class _Rates(NamedTuple):
-    """Matrices (a, c, m, m) of changes (a,), by their numbers, at classes: a mask of a part's."""
-
-    numbers: list[int]
-    classes: BoolArray
-    matrices: Array
 
 
 def products(
@@ -59,34 +51,33 @@ def products(
     for part in _parts(body, system, changes, max(count, 1)):
         used, local = _numbered(part.unknowns)
         left = fields.take(used, axis=1)
-        right = left[:first].T @ loads
-        every = list(part.rates(changes))
-        for rates in every:
-            own, place = _numbered(local[rates.classes])
-            moved = part.without_translation(right[local[rates.classes]], 1)
-            moved = moved.reshape(*place.shape[:2], -1)
-            add = sp.csr_matrix((np.ones(place.size), (place.ravel(), np.arange(place.size))))
-            force = np.empty((len(own), len(rates.numbers), count))
-            for number, each in enumerate(rates.matrices):
-                force[:, number] = add @ (each @ moved).reshape(place.size, count)
-            product = left.take(own, axis=1) @ force.reshape(len(own), -1)
-            found[rates.numbers] += product.reshape(-1, *force.shape[1:]).swapaxes(0, 1)
+        moved = part.without_translation((left[:first].T @ loads)[local], 1)
+        moved = moved.reshape(*local.shape[:2], -1)
+        add = sp.csr_matrix((np.ones(local.size), (local.ravel(), np.arange(local.size))))
+        matrices = part.matrices(changes)
+        force = np.empty((len(used), len(matrices), count))
+        for number, each in enumerate(matrices):
+            force[:, number] = add @ (each @ moved).reshape(local.size, count)
+        product = left @ force.reshape(len(used), -1)
+        found[part.numbers] += product.reshape(-1, *force.shape[1:]).swapaxes(0, 1)
         if between.size:
             here, there = (
                 part.without_translation((side @ left[:first])[:, local], 2) for side in shares
             )
-            _add_pairs(between, every, here, there)
+            between[part.numbers] += _of_pairs(matrices, here, there)
     return found, between
 
 
-def _add_pairs(found: Array, every: Sequence[_Rates], here: Array, there: Array) -> None:
-    """Add w^T dK u (changes, j) of pairs of fields (j, c, m, z) of c classes of z cells."""
+def _of_pairs(matrices: Array, here: Array, there: Array) -> Array:
+    """w^T dK u (a, j) by matrices (a, c, m, m) of pairs of fields (j, c, m, z)."""
+    found = np.zeros((len(matrices), len(here)))
     for number in range(here.shape[1]):
-        both = here[:, number] @ there[:, number].swapaxes(1, 2)
-        for numbers, classes, matrices in every:
-            if classes[number]:
-                own = matrices[:, classes[:number].sum()].reshape(len(numbers), -1)
-                found[numbers] += own @ both.reshape(len(both), -1).T
+        own = matrices[:, number].reshape(len(matrices), -1)
+        for start in range(0, len(here), _PAIRS):
+            some = slice(start, start + _PAIRS)
+            both = here[some, number] @ there[some, number].swapaxes(1, 2)
+            found[:, some] += own @ both.reshape(len(both), -1).T
+    return found
 
 
 def _numbered(values: IntArray) -> tuple[IntArray, IntArray]:
@@ -117,10 +108,8 @@ def _unknowns(body: Body, system: System) -> tuple[IntArray, float]:
 
 
 def _classes(body: Body, changes: Sequence[Change]) -> list[IntArray]:
-    """Cells (c, z) of c classes; those of a class have one matrix, whatever the change.
-
-    By their places along x: most changes are of one plate, and its cells are then in few parts.
-    """
+    """Cells (c, z) of c classes, one array a z; those of a class have one matrix, whatever the
+    change."""
     mesh, chance = body.mesh, np.random.default_rng(0)
     moving, moduli = np.zeros_like(mesh.points), np.zeros((2, len(mesh.cells)))
     for change, share in zip(changes, chance.uniform(1.0, 2.0, len(changes)), strict=True):
@@ -138,24 +127,27 @@ def _classes(body: Body, changes: Sequence[Change]) -> list[IntArray]:
     key = key @ chance.integers(1, 2**62, key.shape[1])
     alike, times = np.unique(key, return_inverse=True, return_counts=True)[1:]
     order, ends = np.argsort(alike, kind="stable"), np.cumsum(times)
-    along = mesh.points[mesh.corners, 0].mean(axis=1)
-    every = [
+    return [
         order[(ends[times == size] - size)[:, None] + np.arange(size)] for size in np.unique(times)
     ]
-    return [cells[np.argsort(along[cells[:, 0]], kind="stable")] for cells in every]
 
 
 def _parts(body: Body, system: System, changes: Sequence[Change], count: int) -> Iterator["_Part"]:
-    """The cells that any change changes, as many at a time as memory has for ``count`` fields."""
+    """The cells that any change changes: those that the same ones change, near each other along x,
+    as many at a time as memory has for ``count`` fields."""
     unknowns, unit = _unknowns(body, system)
     for cells in _classes(body, changes):
         active = np.array([_active(body, change, cells[:, 0]) for change in changes])
-        some = np.flatnonzero(active.any(axis=0))
+        kinds, alike = np.unique(active, axis=1, return_inverse=True)
+        along = body.mesh.points[body.mesh.corners[cells[:, 0]], 0].mean(axis=1)
         size = max(1, _ENTRIES // (unknowns.shape[1] * count * cells.shape[1]))
-        for start in range(0, len(some), size):
-            own = some[start : start + size]
-            there = unknowns[cells[own]].swapaxes(1, 2)
-            yield _Part.of(body, cells[own, 0], there, active[:, own], unit)
+        for number, kind in enumerate(kinds.T):
+            some = np.flatnonzero(alike.ravel() == number)
+            some = cells[some[np.argsort(along[some], kind="stable")]]
+            for start in range(0, len(some) * kind.any(), size):
+                own = some[start : start + size]
+                there = unknowns[own].swapaxes(1, 2)
+                yield _Part.of(body, own[:, 0], there, np.flatnonzero(kind), unit)
 
 
 def _at(velocity: sp.csr_matrix, nodes: IntArray) -> Array:
@@ -178,8 +170,8 @@ def _active(body: Body, change: Change, cells: IntArray) -> BoolArray:
 class _Part:
     """c classes of z cells, with the gradients of n shape functions at their q points.
 
-    cells (c,): one of each class; unknowns (c, m, z); active (changes, c): where each does
-    something; slopes (c, q d, n); weights (c, q); mixed (c,): those with pressures; first (c,) and
+    cells (c,): one of each class; unknowns (c, m, z); numbers (a,) of the changes that change them;
+    slopes (c, q d, n); weights (c, q); mixed (c,): those with pressures; first (c,) and
     law (c, d d, d d): of Lame's first parameter, and of what of it is not the pressure's; hats
     (corners, q), times the pressures' unit, or none.
     """
@@ -187,7 +179,7 @@ class _Part:
     cells: IntArray
     nodes: IntArray
     unknowns: IntArray
-    active: BoolArray
+    numbers: IntArray
     slopes: Array
     weights: Array
     mixed: BoolArray
@@ -197,7 +189,7 @@ class _Part:
 
     @classmethod
     def of(
-        cls, body: Body, cells: IntArray, unknowns: IntArray, active: BoolArray, unit: float
+        cls, body: Body, cells: IntArray, unknowns: IntArray, numbers: IntArray, unit: float
     ) -> "_Part":
         """These cells of a body."""
         mesh, mixed = body.mesh, body.pressed[cells]
@@ -209,7 +201,7 @@ class _Part:
         first, shear = lame_parameters(body.youngs_modulus[cells], body.poissons_ratio[cells])
         law = _law(np.where(mixed, 0.0, first), shear, mesh.dimension)
         weights = weights * body.thickness
-        return cls(cells, nodes, unknowns, active, slopes, weights, mixed, first, law, hats)
+        return cls(cells, nodes, unknowns, numbers, slopes, weights, mixed, first, law, hats)
 
     def without_translation(self, values: Array, axis: int) -> Array:
         """Fields of cells, with unknowns along ``axis``, less what their first nodes do.
@@ -222,31 +214,23 @@ class _Part:
             own[i:size:dim] -= first
         return values
 
-    def rates(self, changes: Sequence[Change]) -> Iterator[_Rates]:
-        """The matrices of all changes: together those that are active at the same classes."""
-        alike: dict[bytes, list[int]] = {}
-        for number, classes in enumerate(self.active):
-            if classes.any():
-                alike.setdefault(classes.tobytes(), []).append(number)
-        for own, numbers in alike.items():
-            classes = np.frombuffer(own, dtype=bool)
-            size = self.unknowns.shape[1]
-            matrices = np.empty((len(numbers), classes.sum(), size, size))
-            for each, number in zip(matrices, numbers, strict=True):
-                self._fill(each, changes[number], classes)
-            yield _Rates(numbers, classes, matrices)
+    def matrices(self, changes: Sequence[Change]) -> Array:
+        """dK (a, c, m, m) of one cell of each class, by all that change it."""
+        size = self.unknowns.shape[1]
+        found = np.empty((len(self.numbers), len(self.cells), size, size))
+        for each, number in zip(found, self.numbers, strict=True):
+            self._fill(each, changes[number])
+        return found
 
-    def _fill(self, found: Array, change: Change, classes: BoolArray) -> None:
-        """Put dK (c, m, m) of some classes' cells there, for unknowns as those of the part."""
-        slopes, hats = self.slopes[classes], self.hats
-        stress, pull, square = self._laws(change, classes)
-        count, points, dim, nodes = *pull.shape[:3], slopes.shape[2]
-        turned = slopes.swapaxes(1, 2)
+    def _fill(self, found: Array, change: Change) -> None:
+        """Put dK (c, m, m) of a change there."""
+        stress, pull, square = self._laws(change)
+        slopes, hats, (count, points, dim) = self.slopes, self.hats, pull.shape[:3]
+        turned, nodes = slopes.swapaxes(1, 2), slopes.shape[2]
         stress = stress.swapaxes(4, 5).reshape(count, points, dim**3, dim)
-        force = (stress @ slopes.reshape(count, points, dim, nodes)).reshape(
-            count, points * dim, -1
-        )
-        solid = (turned @ force).reshape(count, nodes, dim, dim, nodes).swapaxes(3, 4)
+        force = stress @ slopes.reshape(count, points, dim, nodes)
+        solid = turned @ force.reshape(count, points * dim, -1)
+        solid = solid.reshape(count, nodes, dim, dim, nodes).swapaxes(3, 4)
         size = nodes * dim
         found[:, :size, :size] = solid.reshape(count, size, size)
         pressed = (pull[..., None] * hats.T[:, None, None]).reshape(count, points * dim, -1)
@@ -254,15 +238,15 @@ class _Part:
         found[:, size:, :size] = found[:, :size, size:].swapaxes(1, 2)
         found[:, size:, size:] = -(hats * square[:, None]) @ hats.T
 
-    def _laws(self, change: Change, classes: BoolArray) -> tuple[Array, Array, Array]:
+    def _laws(self, change: Change) -> tuple[Array, Array, Array]:
         """The matrix (c, q, j, i, l, k) of S on grad u and (c, q, j, i) on p, and r on p (c, q),
         with the points' weights; derivatives j and l along axes, of components i and k."""
-        first, law, weights = self.first[classes, None], self.law[classes], self.weights[classes]
+        first, law, weights = self.first[:, None], self.law, self.weights
         (count, points), dim = weights.shape, int(np.sqrt(law.shape[1]))
         stress = np.zeros((count, points, dim**2, dim**2))
         pull, square = np.zeros((count, points, dim, dim)), np.zeros((count, points))
         if change.velocity is not None:
-            flow = self.slopes[classes] @ _at(change.velocity, self.nodes[classes])
+            flow = self.slopes @ _at(change.velocity, self.nodes)
             flow = flow.reshape(count, points, dim, dim) * weights[:, :, None, None]
             growth = np.einsum("cqii->cq", flow)
             still = np.zeros((count, points, dim**2, dim**2))
@@ -279,8 +263,8 @@ class _Part:
             pull -= (still @ np.eye(dim).ravel()).reshape(pull.shape)
             square += growth / first
         if change.moduli is not None:
-            rise, shear = change.moduli[:, self.cells[classes]]
-            own = _law(np.where(self.mixed[classes], 0.0, rise), shear, dim)
+            rise, shear = change.moduli[:, self.cells]
+            own = _law(np.where(self.mixed, 0.0, rise), shear, dim)
             stress += weights[:, :, None, None] * own[:, None]
             square -= weights * (rise[:, None] / first**2)
         return stress.reshape(count, points, *(dim,) * 4), pull, square
