@@ -52,14 +52,14 @@ def products(
         used, local = _numbered(part.unknowns)
         left = fields.take(used, axis=1)
         moved = part.without_translation((left[:first].T @ loads)[local], 1)
-        moved = moved.reshape(*local.shape[:2], -1)
+        moved = moved.reshape(*local.shape[:2], local.shape[2] * count)
         add = sp.csr_matrix((np.ones(local.size), (local.ravel(), np.arange(local.size))))
         matrices = part.matrices(changes)
         force = np.empty((len(used), len(matrices), count))
         for number, each in enumerate(matrices):
             force[:, number] = add @ (each @ moved).reshape(local.size, count)
-        product = left @ force.reshape(len(used), -1)
-        found[part.numbers] += product.reshape(-1, *force.shape[1:]).swapaxes(0, 1)
+        product = left @ force.reshape(len(used), len(matrices) * count)
+        found[part.numbers] += product.reshape(len(left), *force.shape[1:]).swapaxes(0, 1)
         if between.size:
             here, there = (
                 part.without_translation((side @ left[:first])[:, local], 2) for side in shares
@@ -136,7 +136,7 @@ def _parts(body: Body, system: System, changes: Sequence[Change], count: int) ->
     """The cells that any change changes: those that the same ones change, near each other along x,
     as many at a time as memory has for ``count`` fields."""
     unknowns, unit = _unknowns(body, system)
-    for cells in _classes(body, changes):
+    for cells in _classes(body, changes) if changes else []:
         active = np.array([_active(body, change, cells[:, 0]) for change in changes])
         kinds, alike = np.unique(active, axis=1, return_inverse=True)
         along = body.mesh.points[body.mesh.corners[cells[:, 0]], 0].mean(axis=1)

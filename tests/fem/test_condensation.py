@@ -213,7 +213,8 @@ def test_slow_fallback_gives_the_same(monkeypatch):
     for each in (fast, slow):
         own, beyond = np.split(each.fields(np.array([3, 0])), [len(load)], axis=1)
         assert np.abs(own - whole).max() < 1e-8 * np.abs(whole).max()
-        assert beyond.size and not beyond.any()
+        assert beyond.size
+        assert not beyond.any()
     unsound = (stiffness - sp.diags_array(0.5 * stiffness.diagonal())).tocsr()
     for found[0] in (True, False):
         with (
