@@ -34,7 +34,7 @@ class Change:
     """
 
     name: str
-    velocity: Array | None = None
+    velocity: sp.csr_matrix | None = None
     moduli: Array | None = None
     gages: sp.csr_matrix | None = None
     attached: sp.csr_matrix | None = None

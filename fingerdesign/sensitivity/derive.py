@@ -129,7 +129,7 @@ def derivatives(
     ends = np.cumsum([len(step.row) for step in steps]) - 1
     needed = needed_dofs(problem, increments, nodes)
     fields = response_fields(model.condensed, nodes, needed)
-    found = IncrementRates(problem, fields, changes, increments)
+    found = IncrementRates(problem, fields, changes, increments, steps if stick else ())
     total, gages = found.at(ends)
     return Sensitivity(
         names=tuple(parameter.name for parameter in parameters),
@@ -137,7 +137,7 @@ def derivatives(
         readings=readings_of(steps, design.gages.face),
         normal_force=-total[:, 1],
         tangential_force=total[:, 0],
-        stick_ratio=found.stick_ratio(steps) if stick else np.full(total[:, 0].shape, np.nan),
+        stick_ratio=found.stick_ratio() if stick else np.full(total[:, 0].shape, np.nan),
         gages=gages,
         on_kink=np.maximum.accumulate(found.path.on_kink)[ends],
     )
@@ -156,8 +156,9 @@ def changes_of(
 class IncrementRates:
     """Rates of a path's increments with all parameters; fields: of the nodes that touch.
 
-    path: of the contact; explicit (K, n, dim, P): of local displacements under fixed forces;
-    readings (P, K, 2 plates): of strains under them; frames (n, dim, dim, P).
+    steps: rows whose stick ratios are wanted; path: of the contact; explicit (K, n, dim, P): of
+    local displacements under fixed forces; readings (P, K, 2 plates): of strains under them;
+    frames (n, dim, dim, P).
     """
 
     def __init__(
@@ -166,44 +167,46 @@ class IncrementRates:
         fields: ResponseFields,
         changes: Sequence[Change],
         increments: Sequence[Increment],
+        steps: Sequence[Step] = (),
     ) -> None:
         self._problem, self._fields, self._increments = problem, fields, increments
-        self._changes = changes
+        self._changes, self._steps = changes, steps
         nodes = fields.nodes
         count, dim, size, past = len(nodes), problem.shape[1], len(changes), len(increments)
         force = np.array([increment.force[nodes] for increment in increments])
         left, sizes, right = svd(force.reshape(past, -1).T, full_matrices=False)
         rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
-        basis = fields.change_of(changes, left[:, :rank])
+        self._pairs = border_pairs(problem, steps, nodes)
+        basis, self._between = fields.rates(changes, left[:, :rank], self._along_normals())
         free = ~problem.model.locked[nodes].reshape(-1)  # on the mirror plane z does not yield
         basis[:, : fields.contact] *= free[:, None]
         rates = basis @ (sizes[:rank, None] * right[:rank])
         moved = rates[:, : fields.contact].reshape(size, count, dim, past)
-        self.readings = rates[:, fields.contact :].transpose(0, 2, 1)
+        self.readings = rates[:, fields.contact :].transpose(0, 2, 1).copy()
+        self.explicit = np.einsum("nab,pnbk->knap", problem.frames[nodes], moved)
+        del basis, rates, moved  # as large as what stays
+        self._compliance = fields.values[: fields.contact, : fields.contact]
         self.frames = np.zeros((count, dim, dim, size))
-        modes, gap = np.zeros((5, count, dim, size)), np.zeros((count, size))
+        amplitudes = np.array([increment.motion.amplitudes for increment in increments])
         for p, change in enumerate(changes):
             if (facing := change.facing) is not None:
-                self.frames[..., p], modes[..., p] = facing.frames[nodes], facing.modes[:, nodes]
-                gap[:, p] = facing.gap[nodes]
-        self.explicit = np.einsum("nab,pnbk->knap", problem.frames[nodes], moved)
-        self.explicit[:, :, 0] += gap
-        amplitudes = np.array([increment.motion.amplitudes for increment in increments])
-        self.explicit += np.einsum("ka,anip->knip", amplitudes, modes, optimize=True)
-        self._compliance = fields.values[: fields.contact, : fields.contact]
-        if self.frames.any():
-            self.explicit += self._turned(force)
+                self.frames[..., p] = facing.frames[nodes]
+                self.explicit[:, :, 0, p] += facing.gap[nodes]
+                self.explicit[..., p] += np.tensordot(amplitudes, facing.modes[:, nodes], 1)
+        turns = np.flatnonzero(self.frames.any(axis=(0, 1, 2)))
+        if len(turns):
+            self.explicit[..., turns] += self._turned(force, self.frames[..., turns])
         self._friction = np.array([change.friction for change in changes])
         self.path = path_rates(problem, increments, nodes, self.explicit, self._friction)
 
-    def _turned(self, force: Array) -> Array:
+    def _turned(self, force: Array, frames: Array) -> Array:
         """Rates (K, n, dim, P) of local displacements as the frames turn, and forces with them."""
         past, count, dim = force.shape
         nodes, compliance = self._fields.nodes, self._compliance
         yielded = (force.reshape(past, -1) @ compliance.T).reshape(force.shape)
-        found = np.einsum("nabp,knb->knap", self.frames, yielded)
+        found = np.einsum("nabp,knb->knap", frames, yielded)
         local = np.array([increment.multiplier[nodes] for increment in self._increments])
-        turned = np.einsum("nabp,kna->knbp", self.frames, local).reshape(past, count * dim, -1)
+        turned = np.einsum("nabp,kna->knbp", frames, local).reshape(past, count * dim, -1)
         back = (compliance @ turned).reshape(past, count, dim, -1)
         return np.asarray(found + np.einsum("nab,knbp->knap", self._problem.frames[nodes], back))
 
@@ -222,32 +225,35 @@ class IncrementRates:
         strain += self.readings[:, ends].transpose(1, 2, 0)
         return total, MICRO * strain.reshape(len(ends), -1, 2, flat.shape[2])
 
-    def stick_ratio(self, steps: Sequence[Step]) -> Array:
-        """Rates (k, P) of the stick ratio at each row's end, NaN without contact."""
+    def stick_ratio(self) -> Array:
+        """Rates (rows, P) of the stick ratio at each row's end, NaN without contact."""
         model, size = self._problem.model, len(self._changes)
         areas, facets = np.zeros((model.nodes, size)), np.zeros((len(model.facets), size))
         for p, change in enumerate(self._changes):
             if change.facing is not None:
                 areas[:, p], facets[:, p] = change.facing.areas, change.facing.facet_areas
-        pairs = border_pairs(self._problem, steps, self._fields.nodes)
-        own = OwnRates(pairs, self._between(*pairs), areas, facets, self._friction)
-        areas = area_rates(self._problem, steps, self.path, own)
+        own = OwnRates(self._pairs, self._by_pair(), areas, facets, self._friction)
+        areas = area_rates(self._problem, self._steps, self.path, own)
         contact, stick = (
-            np.array([getattr(step.measures, name) for step in steps])[:, None]
+            np.array([getattr(step.measures, name) for step in self._steps])[:, None]
             for name in ("contact_area", "stick_area")
         )
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray((areas[:, 1] - areas[:, 0] * (stick / contact)) / contact)
 
-    def _between(self, first: IntArray, second: IntArray) -> Array:
-        """Rates (pairs, P) of normal displacements of near nodes by normal forces on others."""
-        fields, count = self._fields, len(self._fields.nodes)
-        normals = self._problem.frames[fields.nodes, 0]
-        unit = np.zeros((2, count, normals.shape[1], len(first)))
-        for k, own in enumerate((first, second)):
+    def _along_normals(self) -> tuple[Array, Array]:
+        """Unit normal forces (contact, pairs) on the first and on the second node of each pair."""
+        normals = self._problem.frames[self._fields.nodes, 0]
+        unit = np.zeros((2, *normals.shape, len(self._pairs[0])))
+        for k, own in enumerate(self._pairs):
             unit[k, own, :, np.arange(len(own))] = normals[own]
-        left, right = unit.reshape(2, fields.contact, -1)
-        found = fields.between(self._changes, left, right).T
+        first, second = unit.reshape(2, self._fields.contact, -1)
+        return first, second
+
+    def _by_pair(self) -> Array:
+        """Rates (pairs, P) of normal displacements of near nodes by normal forces on others."""
+        found, (first, second) = self._between.T, self._pairs
+        normals = self._problem.frames[self._fields.nodes, 0]
         crossed = self._compliance.reshape(*normals.shape, *normals.shape)
         for one, two in ((first, second), (second, first)):
             block = crossed[one, :, two]  # of the displacement of one by forces on two

@@ -8,15 +8,13 @@ With a velocity v of the nodes, D = grad v, gradients change by -grad u D and vo
     da = integral S : grad w - q r,     S = sigma div v - sigma D^T - law(sym(grad u D))
                                         r = div u div v - tr(grad u D) + p div v / lame
 
-by the quadrature of the form itself, so that da is the exact derivative of the discrete form. Of
-two given fields it is linear in D (Eshelby's tensor), whatever the parameter:
-
-    da = integral E : D,    E = (sigma(u) : grad w - q div u - p q / lame) I
-                                - sigma(u) grad w - sigma(w) grad u
+by the quadrature of the form itself, so that da is the exact derivative of the discrete form. Its
+matrix is found once for cells that are alike but for their places: those above each other in a
+swept body.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -24,261 +22,252 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.fem.elements import physical_gradients, quadrature, strain_order, tabulate
 from fingerdesign.fem.stiffness import lame_parameters
-from fingerdesign.fem.system import Body, pressure_nodes
+from fingerdesign.fem.system import Body, System, pressure_nodes
 from fingerdesign.sensitivity.change import Change
 
-_ENTRIES = 2_000_000  # Of the largest temporary array: 16 MB.
-_CELLS = 4  # Whose stresses are multiplied at a time: they stay in the processor's cache.
+_ENTRIES = 400_000  # Of the largest temporary array: 8 MB.
+_PAIRS = 24  # That are multiplied at a time: they stay in the processor's cache.
+_ALIKE = 1e-12  # Of the body's size, and of the fastest node: a smaller difference is rounding.
 
 
-@dataclass(frozen=True)
-class Fields:
-    """k fields of a body: moved (n, dim, k) mm, and pressure (pressures, k) MPa (0 rows: none)."""
+def products(
+    body: Body,
+    system: System,
+    changes: Sequence[Change],
+    fields: Array,
+    loads: Array,
+    pairs: tuple[Array, Array],
+) -> tuple[Array, Array]:
+    """w^T (dK/dp) u, N mm, of all fields and of k of their sums: (changes, r, k); and of j pairs of
+    sums: (changes, j).
 
-    moved: Array
-    pressure: Array
-
-    def times(self, shares: Array) -> "Fields":
-        """Sums (of ``shares`` (j, i)) of the first j fields."""
-        first, (nodes, dim, count) = len(shares), self.moved.shape
-        moved = self.moved.reshape(-1, count)[:, :first] @ shares
-        return Fields(moved.reshape(nodes, dim, -1), self.pressure[:, :first] @ shares)
-
-
-def products(body: Body, left: Fields, right: Fields, changes: Sequence[Change]) -> Array:
-    """w^T (dK/dp) u (changes, left, right), N mm: K's derivative between each pair of fields."""
-    found = np.zeros((len(changes), left.moved.shape[2], right.moved.shape[2]))
-    active = [_active(body, change) for change in changes]
-    for part in _parts(body, active, found.shape[2]):
-        here = _State.of(part, right)
-        alike: dict[bytes, list[int]] = {}
-        for number, whole in enumerate(active):
-            alike.setdefault(whole[part.cells].tobytes(), []).append(number)
-        for own, numbers in alike.items():
-            cells = np.frombuffer(own, dtype=bool)
-            if cells.any():
-                found[numbers] += here.only(cells).products([changes[n] for n in numbers], left)
-    return found
-
-
-def energies(body: Body, left: Fields, right: Fields, changes: Sequence[Change]) -> Array:
-    """w^T (dK/dp) u (changes, k), N mm, of k pairs: one nodal force, of all changes alike."""
-    found = np.zeros((len(changes), right.moved.shape[2]))
-    active = [_active(body, change) for change in changes]
-    for part in _parts(body, active, found.shape[1]):
-        here = _State.of(part, right)
-        there = here if left is right else _State.of(part, left)
-        force, volume, shear = here.energy_with(there)
-        used, add = _sums(part.nodes)
-        force = add @ force.reshape(part.nodes.size, -1)
-        for number, change in enumerate(changes):
-            if change.velocity is not None:
-                found[number] += change.velocity[used].ravel() @ force.reshape(-1, found.shape[1])
-            if change.moduli is not None:
-                one, two = change.moduli[:, part.cells]
-                found[number] += one @ volume + two @ shear
-    return found
-
-
-def _active(body: Body, change: Change) -> BoolArray:
-    """Cells (c,) whose stiffness a parameter changes."""
-    found = np.zeros(len(body.mesh.cells), dtype=bool)
-    if change.velocity is not None:
-        found |= (change.velocity[body.mesh.cells] != 0.0).any(axis=(1, 2))
-    if change.moduli is not None:
-        found |= change.moduli.any(axis=0)
-    return found
-
-
-def _pressure_numbers(body: Body) -> IntArray:
-    """Pressures (c, corners) of each cell; -1 where it has none."""
-    numbers = np.full(body.mesh.corners.shape, -1, dtype=np.int64)
-    inside = body.pressed
-    if inside.any():
-        moduli = body.youngs_modulus[inside], body.poissons_ratio[inside]
-        numbers[inside] = pressure_nodes(body.mesh.corners[inside], *moduli)[0]
-    return numbers
-
-
-def _parts(body: Body, active: Sequence[BoolArray], count: int) -> Iterator["_Part"]:
-    """The cells that any change changes, as many at a time as memory has for ``count`` fields.
-
-    By their places along x: most changes are of one plate, and its cells are then in few parts.
+    fields (r, more than d): the system's unknowns, then zeros. Shares of the first f fields in the
+    sums: loads (f, k), and of both sides of the pairs (f, j).
     """
-    kind = body.mesh.kind
-    points = quadrature(kind, strain_order(kind))[1].size
-    size = max(1, _ENTRIES // (points * body.mesh.dimension**2 * max(count, 1)))
-    numbers = _pressure_numbers(body)
-    some = np.flatnonzero(np.any(active, axis=0)) if len(active) else np.empty(0, dtype=np.int64)
-    some = some[
-        np.argsort(body.mesh.points[body.mesh.corners[some], 0].mean(axis=1), kind="stable")
+    first, count = loads.shape
+    found = np.zeros((len(changes), len(fields), count))
+    between = np.zeros((len(changes), pairs[0].shape[1]))
+    shares = [sp.csr_matrix(side.T) for side in pairs]
+    for part in _parts(body, system, changes, max(count, 1)):
+        used, local = _numbered(part.unknowns)
+        left = fields.take(used, axis=1)
+        moved = part.without_translation((left[:first].T @ loads)[local], 1)
+        moved = moved.reshape(*local.shape[:2], local.shape[2] * count)
+        add = sp.csr_matrix((np.ones(local.size), (local.ravel(), np.arange(local.size))))
+        matrices = part.matrices(changes)
+        force = np.empty((len(used), len(matrices), count))
+        for number, each in enumerate(matrices):
+            force[:, number] = add @ (each @ moved).reshape(local.size, count)
+        product = left @ force.reshape(len(used), len(matrices) * count)
+        found[part.numbers] += product.reshape(len(left), *force.shape[1:]).swapaxes(0, 1)
+        if between.size:
+            here, there = (
+                part.without_translation((side @ left[:first])[:, local], 2) for side in shares
+            )
+            between[part.numbers] += _of_pairs(matrices, here, there)
+    return found, between
+
+
+def _of_pairs(matrices: Array, here: Array, there: Array) -> Array:
+    """w^T dK u (a, j) by matrices (a, c, m, m) of pairs of fields (j, c, m, z)."""
+    found = np.zeros((len(matrices), len(here)))
+    for number in range(here.shape[1]):
+        own = matrices[:, number].reshape(len(matrices), -1)
+        for start in range(0, len(here), _PAIRS):
+            some = slice(start, start + _PAIRS)
+            both = here[some, number] @ there[some, number].swapaxes(1, 2)
+            found[:, some] += own @ both.reshape(len(both), -1).T
+    return found
+
+
+def _numbered(values: IntArray) -> tuple[IntArray, IntArray]:
+    """The numbers that occur, rising, and each value's place among them."""
+    occurs = np.zeros(values.max() + 1, dtype=bool)
+    occurs[values] = True
+    return np.flatnonzero(occurs), (np.cumsum(occurs) - 1)[values]
+
+
+def _unknowns(body: Body, system: System) -> tuple[IntArray, float]:
+    """Numbers (c, m) of each cell's unknowns, node by node, then its pressures, and their unit.
+
+    The number of unknowns stands for what is fixed or not there.
+    """
+    mesh, count = body.mesh, system.dofs
+    number = np.full(mesh.points.size, count)
+    moved, column = system.lift.nonzero()
+    number[moved] = column
+    found = number.reshape(mesh.points.shape)[mesh.cells].reshape(len(mesh.cells), -1)
+    if system.pressure_lift is None:
+        return found, 0.0
+    inside = body.pressed
+    moduli = body.youngs_modulus[inside], body.poissons_ratio[inside]
+    pressures = np.full(mesh.corners.shape, count)
+    own = pressure_nodes(mesh.corners[inside], *moduli)[0]
+    pressures[inside] = system.pressure_lift.nonzero()[1][own]
+    return np.hstack([found, pressures]), float(system.pressure_lift.data[0])
+
+
+def _classes(body: Body, changes: Sequence[Change]) -> list[IntArray]:
+    """Cells (c, z) of c classes, one array a z; those of a class have one matrix, whatever the
+    change."""
+    mesh, chance = body.mesh, np.random.default_rng(0)
+    moving, moduli = np.zeros_like(mesh.points), np.zeros((2, len(mesh.cells)))
+    for change, share in zip(changes, chance.uniform(1.0, 2.0, len(changes)), strict=True):
+        if change.velocity is not None:
+            moving += share * change.velocity.toarray()
+        if change.moduli is not None:
+            moduli += share * change.moduli
+    keys = [body.youngs_modulus, body.poissons_ratio, body.pressed, *moduli]
+    parts = [np.unique(np.array(keys), axis=1, return_inverse=True)[1].reshape(-1, 1)]
+    for field in (mesh.points, moving):
+        own = field[mesh.cells] - field[mesh.cells[:, :1]]
+        unit = _ALIKE * max(np.abs(field).max(), 1e-300)
+        parts.append(np.round(own / unit).reshape(len(own), -1).astype(np.int64))
+    key = np.hstack(parts)
+    key = key @ chance.integers(1, 2**62, key.shape[1])
+    alike, times = np.unique(key, return_inverse=True, return_counts=True)[1:]
+    order, ends = np.argsort(alike, kind="stable"), np.cumsum(times)
+    return [
+        order[(ends[times == size] - size)[:, None] + np.arange(size)] for size in np.unique(times)
     ]
-    for start in range(0, len(some), size):
-        yield _Part.of(body, some[start : start + size], numbers)
+
+
+def _parts(body: Body, system: System, changes: Sequence[Change], count: int) -> Iterator["_Part"]:
+    """The cells that any change changes: those that the same ones change, near each other along x,
+    as many at a time as memory has for ``count`` fields."""
+    unknowns, unit = _unknowns(body, system)
+    for cells in _classes(body, changes) if changes else []:
+        active = np.array([_active(body, change, cells[:, 0]) for change in changes])
+        kinds, alike = np.unique(active, axis=1, return_inverse=True)
+        along = body.mesh.points[body.mesh.corners[cells[:, 0]], 0].mean(axis=1)
+        size = max(1, _ENTRIES // (unknowns.shape[1] * count * cells.shape[1]))
+        for number, kind in enumerate(kinds.T):
+            some = np.flatnonzero(alike.ravel() == number)
+            some = cells[some[np.argsort(along[some], kind="stable")]]
+            for start in range(0, len(some) * kind.any(), size):
+                own = some[start : start + size]
+                there = unknowns[own].swapaxes(1, 2)
+                yield _Part.of(body, own[:, 0], there, np.flatnonzero(kind), unit)
+
+
+def _at(velocity: sp.csr_matrix, nodes: IntArray) -> Array:
+    """Velocities (c, n, dim) at the nodes of cells."""
+    return np.asarray(velocity[nodes.ravel()].toarray()).reshape(*nodes.shape, -1)
+
+
+def _active(body: Body, change: Change, cells: IntArray) -> BoolArray:
+    """Which cells' stiffness a parameter changes."""
+    found = np.zeros(len(cells), dtype=bool)
+    if change.velocity is not None:
+        velocity = _at(change.velocity, body.mesh.cells[cells])
+        found |= (velocity != velocity[:, :1]).any(axis=(1, 2))
+    if change.moduli is not None:
+        found |= change.moduli[:, cells].any(axis=0)
+    return found
 
 
 @dataclass(frozen=True)
 class _Part:
-    """c cells, with the gradients of n shape functions at their q points.
+    """c classes of z cells, with the gradients of n shape functions at their q points.
 
-    slopes (c, q d, n): products over cells are then those of matrices; weights (c, q); numbers
-    (c, corners) of pressures, in ``mixed`` cells (c,); first (c,) and law (c, d d, d d): of
-    Lame's first parameter, and of what of it is not the pressure's; hats (corners, q).
+    cells (c,): one of each class; unknowns (c, m, z); numbers (a,) of the changes that change them;
+    slopes (c, q d, n); weights (c, q); mixed (c,): those with pressures; first (c,) and
+    law (c, d d, d d): of Lame's first parameter, and of what of it is not the pressure's; hats
+    (corners, q), times the pressures' unit, or none.
     """
 
     cells: IntArray
     nodes: IntArray
+    unknowns: IntArray
+    numbers: IntArray
     slopes: Array
     weights: Array
-    numbers: IntArray
     mixed: BoolArray
     first: Array
     law: Array
     hats: Array
 
     @classmethod
-    def of(cls, body: Body, cells: IntArray, numbers: IntArray) -> "_Part":
+    def of(
+        cls, body: Body, cells: IntArray, unknowns: IntArray, numbers: IntArray, unit: float
+    ) -> "_Part":
         """These cells of a body."""
         mesh, mixed = body.mesh, body.pressed[cells]
         order, nodes = strain_order(mesh.kind), mesh.cells[cells]
         slopes, weights = physical_gradients(mesh.points, nodes, order)
         slopes = slopes.swapaxes(2, 3).reshape(len(cells), -1, nodes.shape[1])
-        hats = tabulate(mesh.kind, *quadrature(mesh.kind, order), degree=1).value
+        hats = unit * tabulate(mesh.kind, *quadrature(mesh.kind, order), degree=1).value
+        hats = hats[: unknowns.shape[1] - nodes.shape[1] * mesh.dimension]
         first, shear = lame_parameters(body.youngs_modulus[cells], body.poissons_ratio[cells])
         law = _law(np.where(mixed, 0.0, first), shear, mesh.dimension)
         weights = weights * body.thickness
-        return cls(cells, nodes, slopes, weights, numbers[cells], mixed, first, law, hats)
+        return cls(cells, nodes, unknowns, numbers, slopes, weights, mixed, first, law, hats)
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Points in a cell, and dimension."""
-        points = self.weights.shape[1]
-        return points, self.slopes.shape[1] // points
+    def without_translation(self, values: Array, axis: int) -> Array:
+        """Fields of cells, with unknowns along ``axis``, less what their first nodes do.
 
-    def only(self, own: BoolArray) -> "_Part":
-        """Some of the cells."""
-        every = {each.name: getattr(self, each.name) for each in fields(self)}
-        return _Part(
-            **{name: each if name == "hats" else each[own] for name, each in every.items()}
-        )
+        A plate of metal moves much and strains little: the stresses of its motion would round.
+        """
+        own, dim = np.moveaxis(values, axis, 0), int(np.sqrt(self.law.shape[1]))
+        size = self.slopes.shape[2] * dim
+        for i, first in enumerate(own[:dim].copy()):
+            own[i:size:dim] -= first
+        return values
 
-    def gradients(self, moved: Array) -> Array:
-        """Gradients (c, q, derivative, component, k) of fields (n, d, k) of the mesh."""
-        found = self.slopes @ moved[self.nodes].reshape(*self.nodes.shape, -1)
-        return np.asarray(found.reshape(len(found), *self.shape, self.shape[1], -1))
+    def matrices(self, changes: Sequence[Change]) -> Array:
+        """dK (a, c, m, m) of one cell of each class, by all that change it."""
+        size = self.unknowns.shape[1]
+        found = np.empty((len(self.numbers), len(self.cells), size, size))
+        for each, number in zip(found, self.numbers, strict=True):
+            self._fill(each, changes[number])
+        return found
 
-    def rates(self, change: Change) -> tuple[Array, Array]:
-        """Matrices (c, q, d d, d d + 1) and rows (c, q, d d + 1), with the points' weights: S and r
-        of the module's equations are they times gradient and pressure."""
-        (points, dim), first, law = self.shape, self.first[:, None], self.law
-        one, count, weights = np.eye(dim), len(self.cells), self.weights
-        stress = np.zeros((count, points, dim**2, dim**2 + 1))
-        rate = np.zeros((count, points, dim**2 + 1))
+    def _fill(self, found: Array, change: Change) -> None:
+        """Put dK (c, m, m) of a change there."""
+        stress, pull, square = self._laws(change)
+        slopes, hats, (count, points, dim) = self.slopes, self.hats, pull.shape[:3]
+        turned, nodes = slopes.swapaxes(1, 2), slopes.shape[2]
+        stress = stress.swapaxes(4, 5).reshape(count, points, dim**3, dim)
+        force = stress @ slopes.reshape(count, points, dim, nodes)
+        solid = turned @ force.reshape(count, points * dim, -1)
+        solid = solid.reshape(count, nodes, dim, dim, nodes).swapaxes(3, 4)
+        size = nodes * dim
+        found[:, :size, :size] = solid.reshape(count, size, size)
+        pressed = (pull[..., None] * hats.T[:, None, None]).reshape(count, points * dim, -1)
+        found[:, :size, size:] = (turned @ pressed).reshape(count, size, -1)
+        found[:, size:, :size] = found[:, :size, size:].swapaxes(1, 2)
+        found[:, size:, size:] = -(hats * square[:, None]) @ hats.T
+
+    def _laws(self, change: Change) -> tuple[Array, Array, Array]:
+        """The matrix (c, q, j, i, l, k) of S on grad u and (c, q, j, i) on p, and r on p (c, q),
+        with the points' weights; derivatives j and l along axes, of components i and k."""
+        first, law, weights = self.first[:, None], self.law, self.weights
+        (count, points), dim = weights.shape, int(np.sqrt(law.shape[1]))
+        stress = np.zeros((count, points, dim**2, dim**2))
+        pull, square = np.zeros((count, points, dim, dim)), np.zeros((count, points))
         if change.velocity is not None:
-            flow = self.gradients(change.velocity[:, :, None])[..., 0]  # (c, q, j, i)
-            flow *= weights[:, :, None, None]
+            flow = self.slopes @ _at(change.velocity, self.nodes)
+            flow = flow.reshape(count, points, dim, dim) * weights[:, :, None, None]
             growth = np.einsum("cqii->cq", flow)
             still = np.zeros((count, points, dim**2, dim**2))
             turn = np.zeros((count, dim**2, points * dim**2))
-            there = still.reshape(count, points, *(dim,) * 4)  # (c, q, j, i, l, k)
+            there = still.reshape(count, points, *(dim,) * 4)
             across = turn.reshape(count, dim, dim, points, dim, dim)  # (c, j, i, q, l, k)
             for i in range(dim):
                 there[..., i, :, i] = -flow.swapaxes(2, 3)
                 across[:, :, i, :, :, i] = flow.transpose(0, 2, 1, 3)
             still += growth[:, :, None, None] * np.eye(dim**2)
             # One product a cell, not one a point.
-            stress[..., :-1] = (still.reshape(count, -1, dim**2) @ law).reshape(still.shape)
-            stress[..., :-1] -= (law @ turn).reshape(count, dim**2, points, -1).swapaxes(1, 2)
-            stress[..., -1] = -still @ one.ravel()
-            rate[..., :-1] = growth[:, :, None] * one.ravel()
-            rate[..., :-1] -= flow.swapaxes(2, 3).reshape(*growth.shape, -1)
-            rate[..., -1] = growth / first
+            stress += (still.reshape(count, -1, dim**2) @ law).reshape(still.shape)
+            stress -= (law @ turn).reshape(count, dim**2, points, -1).swapaxes(1, 2)
+            pull -= (still @ np.eye(dim).ravel()).reshape(pull.shape)
+            square += growth / first
         if change.moduli is not None:
             rise, shear = change.moduli[:, self.cells]
             own = _law(np.where(self.mixed, 0.0, rise), shear, dim)
-            stress[..., :-1] += weights[:, :, None, None] * own[:, None]
-            rate[..., -1] -= weights * (rise[:, None] / first**2)
-        return stress, rate
-
-
-@dataclass(frozen=True)
-class _State:
-    """Gradients and pressures (c, q, d d + 1, k) of k fields at the points of some cells."""
-
-    part: _Part
-    both: Array
-
-    @classmethod
-    def of(cls, part: _Part, given: Fields) -> "_State":
-        """The state of fields of the body."""
-        grad = part.gradients(given.moved)
-        count, (points, dim), size = len(grad), part.shape, grad.shape[-1]
-        both = np.zeros((count, points, dim**2 + 1, size))
-        both[:, :, :-1] = grad.reshape(count, points, dim**2, size)
-        if part.mixed.any():
-            own = given.pressure[part.numbers[part.mixed]]
-            both[part.mixed, :, -1] = part.hats.T @ own
-        return cls(part, both)
-
-    def only(self, own: BoolArray) -> "_State":
-        """That of some of the cells."""
-        return self if own.all() else _State(self.part.only(own), self.both[own])
-
-    def products(self, changes: Sequence[Change], left: Fields) -> Array:
-        """These cells' share (changes, left, right) in the products of changes."""
-        part, both, number = self.part, self.both, len(changes)
-        count, flat, fields = len(both), part.slopes.shape[1], self.both.shape[-1]
-        found = [part.rates(change) for change in changes]
-        # Rows by the stress' derivative and component, then by change: one product for all.
-        stress = np.stack([each[0] for each in found], axis=3).reshape(
-            *both.shape[:2], -1, both.shape[2]
-        )
-        turned = part.slopes.swapaxes(1, 2)
-        force = np.empty((count, turned.shape[1], stress.shape[2] // part.shape[1] * fields))
-        for first in range(0, count, _CELLS):
-            some = slice(first, first + _CELLS)
-            here = (stress[some] @ both[some]).reshape(-1, flat, force.shape[2])
-            np.matmul(turned[some], here, out=force[some])
-        used, add = _sums(part.nodes)
-        force = (add @ force.reshape(part.nodes.size, -1)).reshape(-1, number * fields)
-        product = left.moved[used].reshape(len(force), -1).T @ force
-        rate = np.stack([each[1] for each in found], axis=1)
-        hats = part.hats[:, None, :, None] * rate[:, None]  # (c, corners, changes, q, d d + 1)
-        hats = hats.reshape(count, len(part.hats) * number, both.shape[1] * both.shape[2])
-        flow = (hats @ both.reshape(count, -1, fields))[part.mixed]
-        pressed, add = _sums(part.numbers[part.mixed])
-        product -= left.pressure[pressed].T @ (add @ flow.reshape(add.shape[1], number * fields))
-        return np.asarray(product.reshape(len(product), number, fields).swapaxes(0, 1))
-
-    def energy_with(self, other: "_State") -> tuple[Array, Array, Array]:
-        """Of w^T dK u, with the other state's w: nodal forces (c, n, d, k), N, which velocities are
-        multiplied with, and what both Lame parameters of a cell are, (c, k) mm^3."""
-        part = self.part
-        weights, first = part.weights[:, :, None], part.first[:, None, None]
-        grad, div, pressure, stress = self._parts()
-        there = (grad, div, pressure, stress) if other is self else other._parts()
-        others, other_div, other_pressure, other_stress = there
-        tensor = -np.einsum("cqjik,cqlik->cqjlk", stress, others)
-        tensor += tensor if other is self else -np.einsum("cqjik,cqlik->cqjlk", other_stress, grad)
-        whole = np.einsum("cqjik,cqjik->cqk", stress, others)
-        whole -= other_pressure * (div + pressure / first)
-        for i in range(part.shape[1]):
-            tensor[:, :, i, i] += whole
-        tensor *= weights[:, :, None, None]
-        force = part.slopes.swapaxes(1, 2) @ tensor.reshape(len(grad), part.slopes.shape[1], -1)
-        volume = div * other_div
-        volume[part.mixed] = (pressure * other_pressure / first**2)[part.mixed]
-        shear = np.einsum("cqjik,cqjik->cqk", grad + grad.swapaxes(2, 3), others)
-        return force, (weights * volume).sum(axis=1), (weights * shear).sum(axis=1)
-
-    def _parts(self) -> tuple[Array, Array, Array, Array]:
-        """Gradients, their traces, pressures, and stresses."""
-        part, flat, pressure = self.part, self.both[:, :, :-1], self.both[:, :, -1]
-        whole = (*self.both.shape[:2], part.shape[1], part.shape[1], -1)
-        grad, stress = flat.reshape(whole), (part.law[:, None] @ flat).reshape(whole)
-        for i in range(part.shape[1]):
-            stress[:, :, i, i] -= pressure
-        return grad, np.einsum("cqiik->cqk", grad), pressure, stress
+            stress += weights[:, :, None, None] * own[:, None]
+            square -= weights * (rise[:, None] / first**2)
+        return stress.reshape(count, points, *(dim,) * 4), pull, square
 
 
 def _law(first: Array, shear: Array, dim: int) -> Array:
@@ -288,11 +277,3 @@ def _law(first: Array, shear: Array, dim: int) -> Array:
     turned = np.einsum("jk,il->jilk", one, one).reshape(whole.shape)
     own = np.eye(dim**2) + turned
     return np.asarray(first[:, None, None] * whole + shear[:, None, None] * own)
-
-
-def _sums(nodes: IntArray) -> tuple[IntArray, sp.csr_matrix]:
-    """Nodes (u,) that occur among those of cells (c, n), and the matrix (u, c n) that sums values
-    of cells at them."""
-    used, place = np.unique(nodes, return_inverse=True)
-    entries = np.ones(nodes.size), (place.reshape(-1), np.arange(nodes.size))
-    return used, sp.csr_matrix(entries, shape=(len(used), nodes.size))

@@ -15,11 +15,9 @@ import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.fem.body import CondensedBody
-from fingerdesign.fem.system import Body
+from fingerdesign.fem.system import Body, System
 from fingerdesign.sensitivity.change import Change
-from fingerdesign.sensitivity.forms import Fields, energies, products
-
-_BLOCK = 64  # Right-hand sides that are solved for, or pairs of fields, at a time.
+from fingerdesign.sensitivity.forms import products
 
 
 @dataclass(frozen=True)
@@ -27,14 +25,15 @@ class ResponseFields:
     """Fields s of unit loads on r rows Q: contact dofs of ``nodes``, then the gages of a body.
 
     rows (r,): their numbers among all rows of the model; values (r, r) Y; own (s,): the places of
-    the rows that have a field, rising.
+    the rows that have a field, rising; fields (s, more than d): the system's unknowns, then zeros.
     """
 
     body: Body
+    system: System
     nodes: IntArray
     rows: IntArray
     own: IntArray
-    fields: Fields
+    fields: Array
     values: Array
 
     @property
@@ -42,61 +41,47 @@ class ResponseFields:
         """Number of rows that are contact displacements."""
         return len(self.nodes) * self.body.mesh.dimension
 
-    @property
-    def _facing(self) -> IntArray:
-        """Those of ``own`` that are contact displacements."""
-        return self.own[self.own < self.contact]
+    def rates(
+        self, changes: Sequence[Change], loads: Array, pairs: tuple[Array, Array]
+    ) -> tuple[Array, Array]:
+        """d(Y f) (changes, r, k) of ``loads`` f (contact, k), per unit of each parameter, and
+        d(g^T Y f) (changes, j) of pairs of loads g and f (contact, j).
 
-    def change_of(self, changes: Sequence[Change], loads: Array) -> Array:
-        """d(Y f) (changes, r, k) of ``loads`` f (contact, k), per unit of each parameter; loads
-        without a field count as 0, and so do the answers."""
-        facing = self._facing
-        right = self.fields.times(loads[facing])
+        Loads without a field count as 0, and so do the answers.
+        """
+        facing = self.own[self.own < self.contact]
+        some, (here, there) = loads[facing], (side[facing] for side in pairs)
         found = np.zeros((len(changes), len(self.rows), loads.shape[1]))
-        every = -products(self.body, self.fields, right, changes)
-        flat = self.fields.moved.reshape(-1, len(self.own))
-        moved = right.moved.reshape(len(flat), -1)
-        for whole, rate, change in zip(found, every, changes, strict=True):
+        every, between = products(self.body, self.system, changes, self.fields, some, (here, there))
+        first, own = len(facing), self.values[: self.contact, : self.contact]
+        for whole, rate, pair, change in zip(found, every, between, changes, strict=True):
+            rate *= -1.0
+            pair *= -1.0
             if (trace := self._trace_of(change)) is not None:
-                rate[: len(facing)] += trace[facing] @ moved
-                rate += (trace @ flat).T @ loads
+                read = self._read(trace)
+                rate[:first] += read[:first, facing].T @ some
+                rate += read @ loads
+                pair += (pairs[0] * (read[:first].T @ there)).sum(axis=0)
+                pair += (pairs[1] * (read[:first].T @ here)).sum(axis=0)
             if change.gages is not None:
-                rate[len(facing) :] += change.gages @ moved
+                rate[first:] += self._read(change.gages)[:first].T @ some
             if change.attached is not None:
-                rate -= flat.T @ (change.attached @ moved)
+                where = np.unique(change.attached.nonzero()[0])
+                ends = sp.identity(change.attached.shape[0], format="csr")[where]
+                bars = self._read(change.attached[where]) @ self._read(ends).T
+                rate -= bars[:, :first] @ some
+                pair -= (here * (bars[:first, :first] @ there)).sum(axis=0)
             if change.thickness:
                 rate -= change.thickness * (self.values[self.own, : self.contact] @ loads)
+                pair -= change.thickness * (pairs[0] * (own @ pairs[1])).sum(axis=0)
             whole[self.own] = rate
-        return found
+        return found, between
 
-    def between(self, changes: Sequence[Change], left: Array, right: Array) -> Array:
-        """d(g^T Y f) (changes, k) of pairs of loads g and f (contact, k)."""
-        found = np.empty((len(changes), right.shape[1]))
-        for start in range(0, right.shape[1], _BLOCK):
-            some = slice(start, start + _BLOCK)
-            first, second = left[:, some], right[:, some]
-            two = self.fields.times(second[self._facing])
-            alike = np.array_equal(first, second)
-            one = two if alike else self.fields.times(first[self._facing])
-            found[:, some] = -energies(self.body, one, two, changes)
-            for rate, change in zip(found[:, some], changes, strict=True):
-                rate += self._beside(change, first, second, one, two)
-        return found
-
-    def _beside(
-        self, change: Change, first: Array, second: Array, one: Fields, two: Fields
-    ) -> Array | float:
-        """What a parameter changes of g^T Y f besides the stiffness of cells."""
-        found: Array | float = 0.0
-        there, here = (each.moved.reshape(-1, first.shape[1]) for each in (one, two))
-        if (trace := self._trace_of(change)) is not None:
-            found += (first * (trace @ here)).sum(axis=0) + (second * (trace @ there)).sum(axis=0)
-        if change.attached is not None:
-            found -= (there * (change.attached @ here)).sum(axis=0)
-        if change.thickness:
-            own = self.values[: self.contact, : self.contact]
-            found -= change.thickness * (first * (own @ second)).sum(axis=0)
-        return found
+    def _read(self, rows: sp.csr_matrix) -> Array:
+        """Values (s, a) of rows (a, n dim) of nodal displacements, in each field."""
+        held = sp.csr_matrix(rows @ self.system.lift)
+        used = np.unique(held.indices)
+        return np.asarray((held[:, used] @ self.fields[:, used].T).T)
 
     def _trace_of(self, change: Change) -> sp.csr_matrix | None:
         """The contact rows of dQ of one parameter."""
@@ -119,17 +104,5 @@ def response_fields(
     chosen = np.ones(len(dofs), dtype=bool) if needed is None else needed.ravel()
     own = np.flatnonzero(np.append(chosen, np.ones(gages, dtype=bool)))
     system, factors = condensed.factors()
-    lift = system.pressure_lift
-    moved = np.empty((system.lift.shape[0], len(own)))
-    pressure = np.empty((0 if lift is None else lift.shape[0], len(own)))
-    for start in range(0, len(own), _BLOCK):
-        some = slice(start, start + _BLOCK)
-        forces = np.zeros((len(factors.matrix), len(own[some])))
-        forces[rows[own[some]], np.arange(forces.shape[1])] = 1.0
-        free = factors.fields(forces)
-        moved[:, some] = system.lift @ free
-        if lift is not None:
-            pressure[:, some] = lift @ free
-    fields = Fields(moved.reshape(-1, dim, len(own)), pressure)
-    values = np.asarray(factors.matrix[np.ix_(rows, rows)])
-    return ResponseFields(condensed.body, nodes, rows, own, fields, values)
+    fields, values = factors.fields(rows[own]), np.asarray(factors.matrix[np.ix_(rows, rows)])
+    return ResponseFields(condensed.body, system, nodes, rows, own, fields, values)

@@ -52,7 +52,8 @@ def change_of(
     facing = None
     if parameter.kind in ("body", "object"):
         facing = _facing(parameter, model, velocity)
-    return Change(parameter.name, velocity=velocity, gages=gages, attached=attached, facing=facing)
+    some = None if velocity is None else sp.csr_matrix(velocity)  # mostly of one plate
+    return Change(parameter.name, velocity=some, gages=gages, attached=attached, facing=facing)
 
 
 def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
