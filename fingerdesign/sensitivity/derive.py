@@ -125,6 +125,9 @@ def derivatives(
         raise DesignError([Fault("path.control", "'force'", bound, remedy)])
     increments = [increment for step in steps for increment in step.row]
     nodes = near_nodes(problem, increments)
+    if not len(nodes):
+        bound = "motions that touch the finger"
+        raise DesignError([Fault("path", "no contact", bound, "approach farther")])
     changes = changes_of(design, model, parameters)
     ends = np.cumsum([len(step.row) for step in steps]) - 1
     needed = needed_dofs(problem, increments, nodes)

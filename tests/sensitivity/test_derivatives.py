@@ -140,6 +140,8 @@ def test_what_has_no_known_derivative_is_refused(finger):
         sensitivity(finger.design, scene_of(PATH, **strong), [RUBBER], "plane-strain")
     with pytest.raises(DesignError, match=r"path\.control"):
         sensitivity(finger.design, Scene.model_validate(pulled), [RUBBER], "plane-strain")
+    with pytest.raises(DesignError, match="motions that touch the finger"):
+        sensitivity(finger.design, scene_of([[0.0, 0.01]]), [RUBBER], "plane-strain")
 
 
 @pytest.mark.slow
