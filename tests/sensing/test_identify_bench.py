@@ -20,9 +20,15 @@ from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import Trace
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.sensing.identify import sensitivities
-from fingerdesign.sensing.identify.bench import phase_problems, protocol, simulated_bench
+from fingerdesign.sensing.identify.bench import (
+    BenchModel,
+    phase_problems,
+    protocol,
+    simulated_bench,
+)
 from fingerdesign.sensing.identify.bench_fit import Measured, Noise, fit_latents
 from fingerdesign.sensing.identify.bench_report import write_measured
+from fingerdesign.sensing.identify.latents import Latent, with_latents
 from fingerdesign.sensing.train.result import finger_key
 from tests.sensing.conftest import FINGER
 from tests.support.pages import DOCS, blocks, run_python
@@ -142,6 +148,24 @@ def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
     assert played.tangential_force == pytest.approx(2.0 * shear)
     assert played.readings[:, 0] == pytest.approx(5.0 * approach)
     assert np.isinf(played.samples).all()
+
+
+def test_sensitivities_are_differences_of_the_models_own_curves(design):
+    """A wrong one hardly spoils a fit, which corrects it, but its stated deviations."""
+    model = BenchModel(design, protocol(design, ())[:3])
+    latents = [Latent("x", 2), Latent("angle", 1), Latent("modulus")]
+    found = sensitivities.sensitivities(model, latents, 0.0, lambda message: None)
+    for latent, slope in zip(latents, found, strict=True):
+        low, high = (
+            model.curves(with_latents(design, [latent], np.array([side * latent.step])))
+            for side in (-1.0, 1.0)
+        )
+        for name in ("readings", "normal_force"):
+            ways = [getattr(each.calibration.normal, name) for each in (low, high)]
+            own = (ways[1] - ways[0]) / (2.0 * latent.step)
+            ways = [getattr(each.calibration.normal, name) for each in (slope.low, slope.high)]
+            derived = (ways[1] - ways[0]) / slope.apart
+            assert derived == pytest.approx(own, abs=0.05 * np.abs(own).max())
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
-from fingerdesign.control.bench_curves import BenchCurves, Phase, bench_curves
+from fingerdesign.control.bench_curves import BenchCurves, Phase, Slide, bench_curves
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.digest import content_digest
@@ -46,8 +46,8 @@ from fingerdesign.version import __version__
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-_FORMAT = 2
-_KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration)}
+_FORMAT = 3
+_KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration, Slide)}
 
 
 _TILT = "object.tilt_deg"
