@@ -8,7 +8,7 @@ before any move are the zero that is taken off. ``samples``: whose mean a row is
 
     press  closing alone, as far as the stage goes     readings against F_n
     shear  closed to a depth, then sheared a little    response to F_t where all sticks; dF_t/dx
-    slide  closed, then sheared until all slips        response to F_t at the limit of friction;
+    slide  closed, then sheared until all slips        response to F_t up to the limit of friction;
                                                        cross-talk, where there is one to either side
     tilt   a press against the surface leant by tilt_deg
     quick  one quick press, every sample a row         the delay
@@ -84,12 +84,13 @@ class Phase:
 
 @dataclass(frozen=True)
 class Slide:
-    """A slide at one depth. shear (k,) mm; responses (k, g): change of readings since no shear at
-    the same F_n, over F_t at the end (pull, N), microstrain/N: so the friction hardly matters."""
+    """A slide at one depth. shear (k,) mm; tangential_force (k,) N; responses (k, g): change of
+    readings since no shear at the same F_n, over F_t at the end, microstrain/N: so the friction
+    hardly matters."""
 
     shear: Array
+    tangential_force: Array
     responses: Array
-    pull: float
 
     def at(self, shear: Array) -> Array:
         """Responses (m, g) at shears (m,) mm of this slide's side, linear between its points."""
@@ -173,10 +174,10 @@ def _slid(phase: Phase, normal: NormalCalibration, cross_talk: float) -> tuple[S
     at = phase.points
     moved = at.shear != 0.0
     forces = at.normal_force[moved]
-    pull = float(at.tangential_force[-1]) - cross_talk * float(forces[-1])
+    pulls = at.tangential_force[moved] - cross_talk * forces
     alone = np.array([normal.at(float(force)) for force in forces])
-    found = Slide(at.shear[moved], (at.readings[moved] - alone) / pull, pull)
-    return found, pull / float(forces[-1])
+    responses = (at.readings[moved] - alone) / pulls[-1]
+    return Slide(at.shear[moved], pulls, responses), float(pulls[-1] / forces[-1])
 
 
 def _sticking(

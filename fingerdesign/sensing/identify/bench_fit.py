@@ -31,7 +31,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.control.bench_curves import BenchCurves, Phase, pressed
+from fingerdesign.control.bench_curves import BenchCurves, Phase, Slide, pressed
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, BenchModel, protocol
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 # Twice the standard deviations between two meshes of `sensitive`: along a gage's curve they differ
 # alike, so its points carry less information than as many independent ones. Readings, microstrain;
 # responses, microstrain/N; forces, a fraction.
-MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (4.0, 2.0, 0.01)}
+MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (3.0, 1.0, 0.01)}
 # Errors of fifteen drawn fingers beyond the covariance: the row as a whole and the bench's lean can
 # hardly be separated (8 micrometres at the crest are a hundredth of a degree).
 ROW = {"x": 0.015, "lean": 0.02}
@@ -52,7 +52,13 @@ _FORCES = 12  # Points of a press that are compared.
 _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
 _REACH, _ROUNDS = 4.0, 8  # The largest change in standard deviations; steps at most.
-_ENOUGH, _HALVINGS = 0.02, 4  # Steps end where squares would fall by less than this fraction.
+# Steps end where squares would fall by less than these fractions: on the mesh of the design, then
+# on that of the finger found so far.
+_ENOUGH, _HALVINGS = (0.6, 0.1), 4
+# Of a slide, points with these shares of its last F_t are compared, and the last: those between
+# repeat them, with the same errors of the mesh.
+_SHARES = (0.4, 0.8)
+_SMALL = 0.25  # The mesh changes a small shear's readings by this fraction of a press's.
 
 
 @dataclass(frozen=True)
@@ -159,15 +165,17 @@ def _data(measured: Measured, alive: BoolArray) -> _Data:
         tuple(forces[_some(len(forces), _FORCES // 2)] for forces in leant),
         own.sticking.normal_force,
         own.approach[some],
-        tuple(each.shear for each in curves.slides),
+        tuple(each.shear[_compared(each)] for each in curves.slides),
     )
     strain, scalar = where.of(curves)
     pulls, shears = small_pulls(phases, len(where.sheared))
     mesh = MESH[measured.fidelity]
     rows = [np.full(where.readings, np.hypot(noise.gage, mesh[0]))]
-    rows.append(np.hypot(2.0**0.5 * noise.gage / pulls, mesh[1]))
+    sheared = np.hypot(2.0**0.5 * noise.gage, _SMALL * mesh[0])
+    rows.append(np.hypot(sheared / pulls, mesh[1]))
     slid = np.hypot(2.0**0.5 * noise.gage, mesh[0])
-    rows += [np.full(len(each.shear), slid / abs(each.pull)) for each in curves.slides]
+    for way, each in zip(where.slid, curves.slides, strict=True):
+        rows.append(np.full(len(way), slid / abs(each.tangential_force[-1])))
     deviation = np.concatenate(rows)[:, None] * np.where(alive, 1.0, np.inf)
     jitter = np.concatenate([np.full(len(some), noise.force), 2.0**0.5 * noise.force / shears])
     return _Data(where, strain, deviation, scalar, np.hypot(jitter, mesh[2] * scalar))
@@ -176,6 +184,12 @@ def _data(measured: Measured, alive: BoolArray) -> _Data:
 def _some(points: int, count: int) -> IntArray:
     """``count`` of a curve's points, or all, evenly up to its last, without its first."""
     return np.unique(np.linspace(1, points - 1, count + 1).astype(np.int64)[1:])
+
+
+def _compared(slide: Slide) -> IntArray:
+    """Points of a slide: the first ones with these shares of F_t, and the last."""
+    shares = slide.tangential_force / slide.tangential_force[-1]
+    return np.unique([*(int(np.argmax(shares >= share)) for share in _SHARES), len(shares) - 1])
 
 
 def small_pulls(phases: Sequence[Phase], count: int) -> tuple[Array, Array]:
@@ -214,6 +228,13 @@ class _Problem:
         self.scale = np.array([each.deviation for each in latents])
         self._kinds = np.array([each.kind for each in latents])
         self._solved = solved
+
+    def meshed_at(self, x: Array) -> _Problem:
+        """The same on the mesh of the finger at x."""
+        finger = with_latents(self.model.design, self.latents, x * self.scale)
+        model, level = replace(self.model, meshed=finger), np.zeros(len(x)).tobytes()
+        solved = {level: self._solved[level]}
+        return _Problem(model, self.data, self.latents, self._columns, solved)
 
     def curves(self, x: Array) -> BenchCurves:
         """The model's at x, in deviations; the design's own where x is no sound finger."""
@@ -323,11 +344,16 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     solved = {x.tobytes(): own(lean) for x, lean in ((np.zeros_like(start), 0.0), (start, about))}
     problem = _Problem(model, data, latents, _columns(data, latents, differences), solved)
     report("fitting")
-    x = _least_squares(problem, start, _bounds(design, latents))
+    bounds = _bounds(design, latents)
+    x = _least_squares(problem, start, bounds, _ENOUGH[0])
+    problem = problem.meshed_at(x)
+    x = _least_squares(problem, x, bounds, _ENOUGH[1])
     return _fitted(problem, x, dead, alive)
 
 
-def _least_squares(problem: _Problem, x: Array, bounds: tuple[Array, Array]) -> Array:
+def _least_squares(
+    problem: _Problem, x: Array, bounds: tuple[Array, Array], enough: float
+) -> Array:
     """Gauss-Newton steps from x within bounds, the Jacobian corrected by each.
 
     A step is halved until squares fall: plates may overlap on the way.
@@ -337,7 +363,8 @@ def _least_squares(problem: _Problem, x: Array, bounds: tuple[Array, Array]) -> 
         jacobian = problem.jacobian(x)
         step = lsq_linear(jacobian, -left, (bounds[0] - x, bounds[1] - x)).x
         fall = float(left @ left - np.sum((left + jacobian @ step) ** 2))
-        if fall < _ENOUGH * float(left @ left):
+
+        if fall < enough * float(left @ left):
             break
         for _ in range(_HALVINGS):
             now = problem.residual(x + step)
