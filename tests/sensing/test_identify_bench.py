@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -32,7 +33,6 @@ from fingerdesign.sensing.identify.latents import Latent, with_latents
 from fingerdesign.sensing.train.result import finger_key
 from tests.sensing.conftest import FINGER
 from tests.support.pages import DOCS, blocks, run_python
-from tests.support.session import never_called
 
 HARDWARE = """
 [grip.hardware]
@@ -227,9 +227,11 @@ def test_sensitivities_are_cached_and_a_dead_gage_is_named(design, measured):
         readings = each.points.readings.copy()
         readings[:, 1] = 0.0
         dead.append(replace(each, points=replace(each.points, readings=readings)))
-    with never_called(sensitivities, "_differences"):
+    derive = sensitivities._differences
+    with patch.object(sensitivities, "_differences", side_effect=derive) as seen:
         curves = bench_curves(dead, np.array(x))
         fit = fit_latents(Measured(design, dead, curves, Noise(0.5, 0.005)))
+    assert seen.call_count == 1  # of the finger that was found: those of the design are cached
     assert fit.dead == (2,)
     values, deviations = fit.of("gain")
     assert (values[1], deviations[1]) == pytest.approx((0.0, 0.03))

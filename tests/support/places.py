@@ -11,14 +11,16 @@ the fit, of the first finger with the sensitivities.
 
 import sys
 import time
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
-from fingerdesign.checks.load import load_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.bench_curves import bench_curves
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.sensing import model
 from fingerdesign.sensing.identify import bench_fit
@@ -27,7 +29,7 @@ from fingerdesign.sensing.identify.latents import AXES
 from fingerdesign.sensing.perturb.finger import places_of
 
 FAULTS = ("modulus", "poisson", "plates", "gains", "tilt")
-FINER_MM, MORE_LAYERS = 0.15, 6
+FINER = {"mesh.contact_size_mm": 0.15, "mesh.plate_size_mm": 0.2, "mesh.layers": 6}
 
 
 def fitted(measured: bench_fit.Measured) -> tuple[bench_fit.LatentFit, Array]:
@@ -50,9 +52,14 @@ def fitted(measured: bench_fit.Measured) -> tuple[bench_fit.LatentFit, Array]:
 def drawn_bench(seed: int, finer: bool) -> SimulatedBench:
     """The simulated measurement of a drawn finger."""
     design = load_design("sensitive")
-    size = {"3d": FINER_MM if finer else model.CONTACT_SIZE_MM["3d"]}
-    layers = MORE_LAYERS if finer else model.LAYERS
-    with patch.dict(model.CONTACT_SIZE_MM, size), patch.object(model, "LAYERS", layers):
+    if not finer:
+        return simulated_bench(design, FAULTS, seed, "3d")
+    usual = model.meshed_for_grips
+
+    def meshed(*given: Any, **named: Any) -> Design:
+        return with_values(usual(*given, **named), FINER)
+
+    with patch.object(model, "meshed_for_grips", meshed):
         return simulated_bench(design, FAULTS, seed, "3d")
 
 
