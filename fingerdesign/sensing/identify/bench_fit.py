@@ -45,10 +45,11 @@ if TYPE_CHECKING:
 # Twice the standard deviations between two meshes of `sensitive`: along a gage's curve they differ
 # alike, so its points carry less information than as many independent ones. Readings, microstrain;
 # responses, microstrain/N; forces, a fraction.
-MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (3.0, 1.0, 0.01)}
-# Errors of fifteen drawn fingers beyond the covariance: the row as a whole and the bench's lean can
-# hardly be separated (8 micrometres at the crest are a hundredth of a degree).
-ROW = {"x": 0.015, "lean": 0.02}
+MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (4.0, 1.0, 0.01)}
+# Errors beyond the covariance, of fifteen drawn fingers, in 3-D of three fits: the row as a whole
+# and the bench's lean can hardly be separated (8 micrometres at the crest are a hundredth of a
+# degree).
+ROW = {"plane-strain": {"x": 0.015, "lean": 0.02}, "3d": {"x": 0.03, "lean": 0.04}}
 _FORCES = 12  # Points of a press that are compared.
 _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
@@ -408,7 +409,8 @@ def _fitted(problem: _Problem, x: Array, dead: tuple[int, ...], alive: BoolArray
 
     before, after = (rms(problem.off(at)[0]) for at in (np.zeros(len(x)), x))
     values = x * problem.scale
-    row = np.array([ROW.get(each.kind, 0.0) for each in problem.latents])
+    beyond = ROW[problem.model.fidelity]
+    row = np.array([beyond.get(each.kind, 0.0) for each in problem.latents])
     deviations = np.hypot(np.sqrt(np.diag(covariance)) * problem.scale, row)
     return LatentFit(
         latents=tuple(problem.latents),
