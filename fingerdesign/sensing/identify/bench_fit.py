@@ -46,10 +46,10 @@ if TYPE_CHECKING:
 # alike, so its points carry less information than as many independent ones. Readings, microstrain;
 # responses, microstrain/N; forces, a fraction.
 MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (4.0, 1.0, 0.01)}
-# Errors beyond the covariance, of fifteen drawn fingers, in 3-D of three fits: the row as a whole
-# and the bench's lean can hardly be separated (8 micrometres at the crest are a hundredth of a
+# Errors beyond the covariance, of fifteen drawn fingers, in 3-D of two (four fits): the row as a
+# whole and the lean can hardly be separated (8 micrometres at the crest are a hundredth of a
 # degree).
-ROW = {"plane-strain": {"x": 0.015, "lean": 0.02}, "3d": {"x": 0.03, "lean": 0.04}}
+ROW = {"plane-strain": {"x": 0.015, "lean": 0.02}, "3d": {"x": 0.04, "lean": 0.05}}
 _FORCES = 12  # Points of a press that are compared.
 _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
