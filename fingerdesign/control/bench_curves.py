@@ -8,7 +8,7 @@ before any move are the zero that is taken off. ``samples``: whose mean a row is
 
     press  closing alone, as far as the stage goes     readings against F_n
     shear  closed to a depth, then sheared a little    response to F_t where all sticks; dF_t/dx
-    slide  closed, then sheared until all slips        response to F_t at the limit of friction;
+    slide  closed, then sheared until all slips        response to F_t up to the limit of friction;
                                                        cross-talk, where there is one to either side
     tilt   a press against the surface leant by tilt_deg
     quick  one quick press, every sample a row         the delay
@@ -83,14 +83,30 @@ class Phase:
 
 
 @dataclass(frozen=True)
+class Slide:
+    """A slide at one depth. shear (k,) mm; tangential_force (k,) N; responses (k, g): change of
+    readings since no shear at the same F_n, over F_t at the end, microstrain/N: so the friction
+    hardly matters."""
+
+    shear: Array
+    tangential_force: Array
+    responses: Array
+
+    def at(self, shear: Array) -> Array:
+        """Responses (m, g) at shears (m,) mm of this slide's side, linear between its points."""
+        rising = np.abs(self.shear)
+        return np.column_stack([np.interp(np.abs(shear), rising, r) for r in self.responses.T])
+
+
+@dataclass(frozen=True)
 class BenchCurves:
     """Curves of a finger by its phases. calibration: as a controller takes it; tilted: presses by
-    their tilt, degrees; sliding (g,) microstrain/N: F_t's response where all slips, None without a
-    slide; slid: F_t / F_n there."""
+    their tilt, degrees; slides: toward +x, then toward -x; slid: F_t / F_n at the end toward +x,
+    None without such a slide."""
 
     calibration: Calibration
     tilted: tuple[tuple[float, NormalCalibration], ...] = ()
-    sliding: Array | None = None
+    slides: tuple[Slide, ...] = ()
     slid: float | None = None
 
 
@@ -147,11 +163,21 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
         cross_talk=cross_talk,
     )
     tilted = tuple((p.tilt_deg, pressed(p.points)[0]) for p in _of_kind(phases, "tilt"))
-    for slide in (each for each in _of_kind(phases, "slide") if each.points.shear[-1] > 0.0):
-        at, force = slide.points, float(slide.points.normal_force[-1])
-        pull = float(at.tangential_force[-1]) - cross_talk * force
-        return BenchCurves(found, tilted, (at.readings[-1] - normal.at(force)) / pull, pull / force)
-    return BenchCurves(found, tilted)
+    slides = [_slid(each, normal, cross_talk) for each in _of_kind(phases, "slide")]
+    slides.sort(key=lambda each: -float(each[0].shear[-1]))  # The one toward +x comes first.
+    ratio = next((ratio for each, ratio in slides if each.shear[-1] > 0.0), None)
+    return BenchCurves(found, tilted, tuple(each for each, _ in slides), ratio)
+
+
+def _slid(phase: Phase, normal: NormalCalibration, cross_talk: float) -> tuple[Slide, float]:
+    """The curve of a slide, and F_t / F_n at its end."""
+    at = phase.points
+    moved = at.shear != 0.0
+    forces = at.normal_force[moved]
+    pulls = at.tangential_force[moved] - cross_talk * forces
+    alone = np.array([normal.at(float(force)) for force in forces])
+    responses = (at.readings[moved] - alone) / pulls[-1]
+    return Slide(at.shear[moved], pulls, responses), float(pulls[-1] / forces[-1])
 
 
 def _sticking(

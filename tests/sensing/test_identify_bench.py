@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -20,13 +21,18 @@ from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import Trace
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.sensing.identify import sensitivities
-from fingerdesign.sensing.identify.bench import phase_problems, protocol, simulated_bench
+from fingerdesign.sensing.identify.bench import (
+    BenchModel,
+    phase_problems,
+    protocol,
+    simulated_bench,
+)
 from fingerdesign.sensing.identify.bench_fit import Measured, Noise, fit_latents
 from fingerdesign.sensing.identify.bench_report import write_measured
+from fingerdesign.sensing.identify.latents import Latent, with_latents
 from fingerdesign.sensing.train.result import finger_key
 from tests.sensing.conftest import FINGER
 from tests.support.pages import DOCS, blocks, run_python
-from tests.support.session import never_called
 
 HARDWARE = """
 [grip.hardware]
@@ -144,6 +150,24 @@ def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
     assert np.isinf(played.samples).all()
 
 
+def test_sensitivities_are_differences_of_the_models_own_curves(design):
+    """A wrong one hardly spoils a fit, which corrects it, but its stated deviations."""
+    model = BenchModel(design, protocol(design, ())[:3])
+    latents = [Latent("x", 2), Latent("angle", 1), Latent("modulus")]
+    found = sensitivities.sensitivities(model, latents, 0.0, lambda message: None)
+    for latent, slope in zip(latents, found, strict=True):
+        low, high = (
+            model.curves(with_latents(design, [latent], np.array([side * latent.step])))
+            for side in (-1.0, 1.0)
+        )
+        for name in ("readings", "normal_force"):
+            ways = [getattr(each.calibration.normal, name) for each in (low, high)]
+            own = (ways[1] - ways[0]) / (2.0 * latent.step)
+            ways = [getattr(each.calibration.normal, name) for each in (slope.low, slope.high)]
+            derived = (ways[1] - ways[0]) / slope.apart
+            assert derived == pytest.approx(own, abs=0.05 * np.abs(own).max())
+
+
 @pytest.mark.slow
 def test_gains_are_as_certain_as_stated_where_plates_are_in_place(design):
     """Errors in stated deviations, 4 gages of 4 fingers: if those are right, the root mean square
@@ -203,9 +227,11 @@ def test_sensitivities_are_cached_and_a_dead_gage_is_named(design, measured):
         readings = each.points.readings.copy()
         readings[:, 1] = 0.0
         dead.append(replace(each, points=replace(each.points, readings=readings)))
-    with never_called(sensitivities, "_differences"):
+    derive = sensitivities._differences
+    with patch.object(sensitivities, "_differences", side_effect=derive) as seen:
         curves = bench_curves(dead, np.array(x))
         fit = fit_latents(Measured(design, dead, curves, Noise(0.5, 0.005)))
+    assert seen.call_count == 1  # of the finger that was found: those of the design are cached
     assert fit.dead == (2,)
     values, deviations = fit.of("gain")
     assert (values[1], deviations[1]) == pytest.approx((0.0, 0.03))

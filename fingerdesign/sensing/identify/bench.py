@@ -116,12 +116,14 @@ def leaning(
 class BenchModel:
     """A design's model on its bench, where the moves of ``phases`` are played.
 
-    Plates of other fingers are moved in the design's own mesh (see bench_problem).
+    Plates of other fingers are moved in the mesh of ``meshed``, by default the design (see
+    bench_model): the farther, the more the mesh distorts what gages read.
     """
 
     design: Design
     phases: tuple[Phase, ...]
     fidelity: str = "plane-strain"
+    meshed: Design | None = None
 
     def curves(self, finger: Design | None = None, lean_deg: float = 0.0) -> BenchCurves:
         """Play the moves on a finger, or on the design. Raises SolverError where the model has no
@@ -132,7 +134,7 @@ class BenchModel:
         """Condense once, and give what plays the moves on a bench that leans, degrees."""
         own = self.design if finger is None else finger
         moved = [phase for phase in self.phases if phase.kind != "quick"]
-        bench = condensed_for(own, moved, self.fidelity, self.design)[1]
+        bench = condensed_for(own, moved, self.fidelity, self.meshed or self.design)[1]
 
         def curves(lean_deg: float) -> BenchCurves:
             with one_thread():

@@ -8,34 +8,36 @@ careful workshop's tolerances, sensing/perturb), minimise
 
     sum_i ((m_i(x) - y_i) / s_i)^2 + sum_k (x_k / d_k)^2
 
-y: readings pressed and tilted at a few normal forces, responses to F_t where all sticks and where
-all slips, F_n by approach, dF_t/dx; m: the same of the condensed model in the phases' own moves. s:
-the sensors' noise and, in squares, the difference of two meshes of one finger (``MESH``).
+y: readings pressed and tilted at a few normal forces, responses to F_t where all sticks and all
+along the slides, F_n by approach, dF_t/dx; m: the same of the condensed model in the phases' own
+moves. s: the sensors' noise and, in squares, the difference of two meshes of one finger (``MESH``).
 
-Readings are nearly linear in the latents, so sensitivities (sensitivities.py) stay those of the
-design; gains are exact. The covariance is the inverse of J^T J / c + I in units of d, with
-c = max(1, the misfit over its degrees of freedom): a model that does not fit gives less. A lean of
-the bench moves the contact by plates: it is found first, and sensitivities are those there.
-Cross-talk and the force cells' gains are not fitted: they change the values
-(docs/how_to/calibrate.md).
+Steps are Gauss-Newton's, the Jacobian corrected by each (Broyden). It begins as the design's
+(sensitivities.py); near the finger it is derived again, for a tenth of a millimetre changes the
+columns of places by half, and its mesh is taken. Gains are exact. The covariance is the inverse of
+J^T J / c + I in units of d, with c = max(1, the misfit over its degrees of freedom): a model that
+does not fit gives less. A lean of the bench moves the contact by plates: it is found first, and
+sensitivities are those there. Cross-talk and the force cells' gains are not fitted: they change the
+values (docs/how_to/calibrate.md).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import lsq_linear
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.control.bench_curves import BenchCurves, Phase, pressed
+from fingerdesign.control.bench_curves import BenchCurves, Phase, Slide, pressed
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, BenchModel, protocol
 from fingerdesign.sensing.identify.latents import MOST_POISSON, Latent, latents_of, with_latents
-from fingerdesign.sensing.identify.sensitivities import Difference, sensitivities
+from fingerdesign.sensing.identify.sensitivities import Difference, derived, sensitivities
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -43,14 +45,22 @@ if TYPE_CHECKING:
 # Twice the standard deviations between two meshes of `sensitive`: along a gage's curve they differ
 # alike, so its points carry less information than as many independent ones. Readings, microstrain;
 # responses, microstrain/N; forces, a fraction.
-MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (6.0, 2.0, 0.01)}
-# Errors of fifteen drawn fingers beyond the covariance: the row as a whole and the bench's lean can
-# hardly be separated (8 micrometres at the crest are a hundredth of a degree).
-ROW = {"x": 0.015, "lean": 0.02}
+MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (4.0, 1.0, 0.01)}
+# Errors beyond the covariance, of fifteen drawn fingers, in 3-D of two (four fits): the row as a
+# whole and the lean can hardly be separated (8 micrometres at the crest are a hundredth of a
+# degree).
+ROW = {"plane-strain": {"x": 0.015, "lean": 0.02}, "3d": {"x": 0.04, "lean": 0.05}}
 _FORCES = 12  # Points of a press that are compared.
 _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
-_REACH, _ROUNDS = 4.0, 8  # The largest change in standard deviations; evaluations of the model.
+_REACH, _ROUNDS = 4.0, 8  # The largest change in standard deviations; steps at most.
+# Steps end where squares would fall by less than these fractions: on the mesh of the design, then
+# on that of the finger found so far.
+_ENOUGH, _HALVINGS = (0.6, 0.1), 4
+# Of a slide, points with these shares of its last F_t are compared, and the last: those between
+# repeat them, with the same errors of the mesh.
+_SHARES = (0.4, 0.8)
+_SMALL = 0.25  # The mesh changes a small shear's readings by this fraction of a press's.
 
 
 @dataclass(frozen=True)
@@ -107,13 +117,13 @@ class LatentFit:
 @dataclass(frozen=True)
 class _Points:
     """Points at which curves are compared: forces (n,) N of the press, of each tilted press, of the
-    small shears; approach (n,) mm of the press; slid: there was a slide."""
+    small shears; approach (n,) mm of the press; slid: shears of each slide, mm."""
 
     press: Array
     tilted: tuple[Array, ...]
     sheared: Array
     approach: Array
-    slid: bool
+    slid: tuple[Array, ...]
 
     @property
     def readings(self) -> int:
@@ -127,8 +137,9 @@ class _Points:
         for forces, (_, leant) in zip(self.tilted, curves.tilted, strict=True):
             rows += [leant.at(force) for force in forces]
         rows += [own.sticking.at(force) for force in self.sheared]
-        if self.slid and curves.sliding is not None:
-            rows.append(curves.sliding)
+        for shears in self.slid:
+            side = [each for each in curves.slides if each.shear[-1] * shears[-1] > 0.0]
+            rows += [*side[0].at(shears)]
         forces = np.interp(self.approach + touch, own.approach, own.normal.normal_force)
         stiffness = np.interp(self.sheared, own.sticking.normal_force, own.stiffness)
         return np.array(rows), np.concatenate([forces, stiffness])
@@ -156,17 +167,17 @@ def _data(measured: Measured, alive: BoolArray) -> _Data:
         tuple(forces[_some(len(forces), _FORCES // 2)] for forces in leant),
         own.sticking.normal_force,
         own.approach[some],
-        curves.sliding is not None,
+        tuple(each.shear[_compared(each)] for each in curves.slides),
     )
     strain, scalar = where.of(curves)
     pulls, shears = small_pulls(phases, len(where.sheared))
-    slides = [p.points for p in phases if p.kind == "slide" and p.points.shear[-1] > 0.0]
-    apart = (
-        2.0**0.5 * noise.gage / np.array([*pulls, *(at.tangential_force[-1] for at in slides[:1])])
-    )
     mesh = MESH[measured.fidelity]
     rows = [np.full(where.readings, np.hypot(noise.gage, mesh[0]))]
-    rows.append(np.hypot(apart, mesh[1]))
+    sheared = np.hypot(2.0**0.5 * noise.gage, _SMALL * mesh[0])
+    rows.append(np.hypot(sheared / pulls, mesh[1]))
+    slid = np.hypot(2.0**0.5 * noise.gage, mesh[0])
+    for way, each in zip(where.slid, curves.slides, strict=True):
+        rows.append(np.full(len(way), slid / abs(each.tangential_force[-1])))
     deviation = np.concatenate(rows)[:, None] * np.where(alive, 1.0, np.inf)
     jitter = np.concatenate([np.full(len(some), noise.force), 2.0**0.5 * noise.force / shears])
     return _Data(where, strain, deviation, scalar, np.hypot(jitter, mesh[2] * scalar))
@@ -175,6 +186,12 @@ def _data(measured: Measured, alive: BoolArray) -> _Data:
 def _some(points: int, count: int) -> IntArray:
     """``count`` of a curve's points, or all, evenly up to its last, without its first."""
     return np.unique(np.linspace(1, points - 1, count + 1).astype(np.int64)[1:])
+
+
+def _compared(slide: Slide) -> IntArray:
+    """Points of a slide: the first ones with these shares of F_t, and the last."""
+    shares = slide.tangential_force / slide.tangential_force[-1]
+    return np.unique([*(int(np.argmax(shares >= share)) for share in _SHARES), len(shares) - 1])
 
 
 def small_pulls(phases: Sequence[Phase], count: int) -> tuple[Array, Array]:
@@ -200,13 +217,29 @@ class _Problem:
     """Residuals over deviations, and their derivatives by the latents over theirs."""
 
     def __init__(
-        self, model: BenchModel, data: _Data, latents: Sequence[Latent], columns: Array
+        self,
+        model: BenchModel,
+        data: _Data,
+        latents: Sequence[Latent],
+        columns: Array,
+        solved: dict[bytes, BenchCurves],
     ) -> None:
+        """solved: the model's curves where they are known, by the bytes of x."""
         self.model, self.data = model, data
         self.latents, self._columns = latents, columns
         self.scale = np.array([each.deviation for each in latents])
         self._kinds = np.array([each.kind for each in latents])
-        self._solved: dict[bytes, BenchCurves] = {}
+        self._solved = solved
+
+    def at(self, x: Array, planned: BenchModel, report: Report) -> _Problem:
+        """The same on the mesh of the finger at x, with its sensitivities in the planned moves."""
+        finger = with_latents(self.model.design, self.latents, x * self.scale)
+        lean = float(self.values(x, "lean").sum())
+        shaped = [each for each in self.latents if each.kind not in ("gain", "touch")]
+        differences = derived(replace(planned, design=finger), shaped, lean, report)
+        model, level = replace(self.model, meshed=finger), np.zeros(len(x)).tobytes()
+        columns = _columns(self.data, self.latents, differences)
+        return _Problem(model, self.data, self.latents, columns, {level: self._solved[level]})
 
     def curves(self, x: Array) -> BenchCurves:
         """The model's at x, in deviations; the design's own where x is no sound finger."""
@@ -232,6 +265,12 @@ class _Problem:
             strain, scalar = 1e3 * self.data.strain, self.data.scalar
         own = strain / self.data.strain_deviation
         return np.concatenate([own.ravel(), scalar / self.data.scalar_deviation, x])
+
+    def correct(self, x: Array, step: Array, change: Array) -> None:
+        """Broyden's correction: the columns now give the change that a step from x made."""
+        missed = (change - self.jacobian(x + 0.5 * step) @ step)[: -len(x)]
+        moved = np.where(self._kinds == "gain", 0.0, step)
+        self._columns = self._columns + np.outer(missed, moved) / (moved @ moved)
 
     def jacobian(self, x: Array) -> Array:
         strain, _ = self.data.where.of(self.curves(x))
@@ -263,11 +302,11 @@ def _columns(data: _Data, latents: Sequence[Latent], differences: Sequence[Diffe
     return found
 
 
-def _about_lean(model: BenchModel, data: _Data, report: Report) -> float:
+def _about_lean(curves: Callable[[float], BenchCurves], data: _Data, report: Report) -> float:
     """Find the lean, degrees, at which the design's own model fits best: among ``_LEANS``, then
     next to the best of them. Sensitivities depend on the place of the contact, which a degree moves
-    by plates."""
-    curves, left = model.curves_by_lean(), dict[float, float]()
+    by plates. curves: the design's by a lean."""
+    left = dict[float, float]()
 
     def look(lean: float) -> None:
         report("looking for the bench's lean")
@@ -301,22 +340,47 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     model = BenchModel(design, phases, measured.fidelity)
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
     plan = [replace(each, friction_coefficient=friction) for each in protocol(design, tilts)]
-    about = _about_lean(model, data, report) if tilts else 0.0
+    own = cache(model.curves_by_lean())
+    about = _about_lean(own, data, report) if tilts else 0.0
     planned = replace(model, phases=tuple(plan))
     shaped = [each for each in latents if each.kind not in ("gain", "touch")]
     differences = sensitivities(planned, shaped, about, report)
-    problem = _Problem(model, data, latents, _columns(data, latents, differences))
+    start = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
+    solved = {x.tobytes(): own(lean) for x, lean in ((np.zeros_like(start), 0.0), (start, about))}
+    problem = _Problem(model, data, latents, _columns(data, latents, differences), solved)
     report("fitting")
-    found = least_squares(
-        problem.residual,
-        np.array([about / each.deviation * (each.kind == "lean") for each in latents]),
-        problem.jacobian,
-        _bounds(design, latents),
-        ftol=1e-3,
-        xtol=1e-3,
-        max_nfev=_ROUNDS,
-    )
-    return _fitted(problem, found.x, dead, alive)
+    bounds = _bounds(design, latents)
+    x = _least_squares(problem, start, bounds, _ENOUGH[0])
+    problem = problem.at(x, planned, report)
+    x = _least_squares(problem, x, bounds, _ENOUGH[1])
+    return _fitted(problem, x, dead, alive)
+
+
+def _least_squares(
+    problem: _Problem, x: Array, bounds: tuple[Array, Array], enough: float
+) -> Array:
+    """Gauss-Newton steps from x within bounds, the Jacobian corrected by each.
+
+    A step is halved until squares fall: plates may overlap on the way.
+    """
+    left = problem.residual(x)
+    for _ in range(_ROUNDS):
+        jacobian = problem.jacobian(x)
+        step = lsq_linear(jacobian, -left, (bounds[0] - x, bounds[1] - x)).x
+        fall = float(left @ left - np.sum((left + jacobian @ step) ** 2))
+
+        if fall < enough * float(left @ left):
+            break
+        for _ in range(_HALVINGS):
+            now = problem.residual(x + step)
+            if now @ now < left @ left:
+                break
+            step *= 0.5
+        else:
+            break
+        problem.correct(x, step, now - left)
+        x, left = x + step, now
+    return x
 
 
 def _bounds(design: Design, latents: Sequence[Latent]) -> tuple[Array, Array]:
@@ -345,7 +409,8 @@ def _fitted(problem: _Problem, x: Array, dead: tuple[int, ...], alive: BoolArray
 
     before, after = (rms(problem.off(at)[0]) for at in (np.zeros(len(x)), x))
     values = x * problem.scale
-    row = np.array([ROW.get(each.kind, 0.0) for each in problem.latents])
+    beyond = ROW[problem.model.fidelity]
+    row = np.array([beyond.get(each.kind, 0.0) for each in problem.latents])
     deviations = np.hypot(np.sqrt(np.diag(covariance)) * problem.scale, row)
     return LatentFit(
         latents=tuple(problem.latents),

@@ -21,7 +21,7 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
-from fingerdesign.control.bench_curves import BenchCurves, Phase, bench_curves
+from fingerdesign.control.bench_curves import BenchCurves, Phase, Slide, bench_curves
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.digest import content_digest
@@ -46,8 +46,8 @@ from fingerdesign.version import __version__
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-_FORMAT = 2
-_KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration)}
+_FORMAT = 3
+_KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration, Slide)}
 
 
 _TILT = "object.tilt_deg"
@@ -76,6 +76,17 @@ def sensitivities(
         arrays: dict[str, Array] = {}
         about = packed(tuple(found), arrays)
         cache.put_arrays(name, arrays, about)
+    return _paired(found, latents)
+
+
+def derived(
+    model: BenchModel, latents: Sequence[Latent], lean_deg: float, report: Report
+) -> list[Difference]:
+    """The same of one finger: not cached."""
+    return _paired(_differences(model, latents, lean_deg, report), latents)
+
+
+def _paired(found: Sequence[BenchCurves], latents: Sequence[Latent]) -> list[Difference]:
     apart = [2.0 * _SHARE * latent.step for latent in latents]
     return [Difference(*each) for each in zip(found[::2], found[1::2], apart, strict=True)]
 
@@ -105,15 +116,19 @@ def _differences(
         ]
     nodes = near_nodes(problems[0], [step.increment for steps in paths for step in steps])
     fields = response_fields(condensed.condensed, nodes)
-    known: dict[str, Change] = {}
+    known, tilt = dict[str, Change](), 0.0
     names, factors = zip(*(_parameter_of(design, latent) for latent in latents), strict=True)
     moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
     for phase, problem, steps in zip(phases, problems, paths, strict=True):
         # The surface's tilt is the phase's own; all else changes every phase alike.
-        new = tuple(name for name in names if name == _TILT or name not in known)
+        if phase.tilt_deg != tilt:
+            known.pop(_TILT, None)
+            tilt = phase.tilt_deg
+        new = tuple(name for name in names if name not in known)
         scene = _scene_of(design, phase, lean_deg)
-        changes = changes_of(design, condensed, parameters_of(design, scene, new))
-        known |= {change.name: change for change in changes}
+        if new:
+            changes = changes_of(design, condensed, parameters_of(design, scene, new))
+            known |= {change.name: change for change in changes}
         own = [known[name] for name in names]
         rates = IncrementRates(problem, fields, own, [s.increment for s in steps])
         slopes = _slopes(rates, design, len(steps), factors)
