@@ -18,7 +18,7 @@ columns of places by half, and its mesh is taken. Gains are exact. The covarianc
 J^T J / c + I in units of d, with c = max(1, the misfit over its degrees of freedom): a model that
 does not fit gives less. A lean of the bench moves the contact by plates: it is found first, and
 sensitivities are those there. Cross-talk and the force cells' gains are not fitted: they change the
-values (docs/how_to/calibrate.md).
+values (docs/how_to/identify.md).
 """
 
 from __future__ import annotations
