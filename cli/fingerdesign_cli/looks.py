@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fingerdesign.analysis.verdicts import two_digits
 from fingerdesign.errors import shown
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.files import whole_text
@@ -95,6 +96,26 @@ def _mold(data: _Data, _: Path) -> Look:
     process = data["process"]["name"]
     what = f"mold of {data['design']} ({process})"
     return Look(what, good, bad, facts, ("part", "made", "size, mm"), rows)
+
+
+@_look("tolerance.json", "report.html")
+def _tolerance(data: _Data, _: Path) -> Look:
+    made, calibrated = (f"{100.0 * share:.0f} %" for share in data["yield_by_motion"])
+    facts = [f"yield by motion: margin 1.1 to 1.5 in {made} as made, {calibrated} calibrated"]
+    if (response := data.get("gage_response")) is not None:
+        designed, reached = (f"{value:.3g}" for value in response)
+        facts.append(f"response: {designed} microstrain/N; nine of ten as made reach {reached}")
+    rows = [
+        [
+            each["words"],
+            f"{two_digits(each['tolerance'])} {each['unit']}",
+            number(each["share"], 0, 100.0),
+        ]
+        for each in data["sources"]
+    ]
+    what = f"tolerances of {data['design']} ({data['fidelity']})"
+    headings = ("cause of scatter", "tolerance ±", "share of variance, %")
+    return Look(what, (), (), facts, headings, rows)
 
 
 @_look("control.json", "control.html")

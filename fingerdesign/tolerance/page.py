@@ -23,7 +23,8 @@ def view_of(found: ToleranceData) -> VerdictView:
     equal ones the last), and the causes."""
     scatter = [row.stick_ratio_std[0] for row in found.rows]
     row = max(range(len(scatter)), key=lambda k: (scatter[k], k))
-    notes = [Verdict("note", "row", f"{row + 1} of {len(scatter)}: the stick ratio scatters most")]
+    where = f"{row + 1} of {len(scatter)}: the stick ratio scatters most"
+    notes = [Verdict("note", "increment", where)]
     notes += [Verdict("note", name, number) for name, number in _spreads(found.rows[row])]
     if (response := found.gage_response) is not None:
         number = f"{response[0]:.3g} µε/N as designed; 90 % of fingers reach {response[1]:.3g}"
@@ -66,7 +67,7 @@ def _yields(found: ToleranceData) -> list[tuple[str, str]]:
         f"{100 * share:.0f} % (± {two_digits(100 * std)} %)"
         for share, std in zip(found.yield_by_motion, found.margin_std, strict=True)
     )
-    yields = [("yield by motion", f"margin 1.1 to 1.5 in {made}; calibrated {known}")]
+    yields = [("yield by motion", f"margin 1.1 to 1.5: {made}; calibrated {known}")]
     if (cast := found.cast) is not None:
         low, high = (100 * each for each in cast.interval)
         text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of the lifts of {cast.fingers}"

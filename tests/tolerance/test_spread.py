@@ -100,7 +100,7 @@ def test_what_to_tighten_first_comes_first():
     assert first.number.startswith("plates in height, ± 0.05 mm: 60 %")
     assert "60 % (40 to 80) of the lifts of 20 fingers" in " ".join(each.number for each in notes)
     assert "4 mm ± 0.4 as made, ± 0.1 calibrated" in [each.number for each in notes]
-    scatter = "margin 1.1 to 1.5 in 90 % (± 10 %); calibrated 100 % (± 2 %)"
+    scatter = "margin 1.1 to 1.5: 90 % (± 10 %); calibrated 100 % (± 2 %)"
     assert scatter in [each.number for each in notes]
     assert len(notes) <= 12
 
