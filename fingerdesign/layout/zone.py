@@ -123,7 +123,9 @@ def contact_reach(design: Design, rigid: SceneObject, approach: float) -> tuple[
     return wide, math.inf if tilted else deep
 
 
-def approach_for(design: Design, rigid: SceneObject, normal_force: float) -> float:
+def approach_for(
+    design: Design, rigid: SceneObject, normal_force: float, free_sides: float = _FREE_SIDES
+) -> float:
     """Approach, mm, at which the object presses about ``normal_force`` N; Hertz's formulas.
 
     Line contact on a layer of height h, with a contact half-width a, of a body with section area A:
@@ -131,9 +133,9 @@ def approach_for(design: Design, rigid: SceneObject, normal_force: float) -> flo
         approach = a^2 curvature / 4  ln(1 + (2 h / a)^2 exp(-nu / (1 - nu))) + F h / (3 E* A)
 
     While a is small the first term is the layer's (Johnson, Contact Mechanics, 1985, eq. 5.56);
-    the second is the free sides', which lend no support. Else a round point contact of the mean
-    curvature (eqs 4.23, 4.45); a flat top under a plane is pressed as a column. At most half of the
-    height.
+    the second is the free sides', which lend no support, here a third (``free_sides``). Else a
+    round point contact of the mean curvature (eqs 4.23, 4.45); a flat top under a plane is pressed
+    as a column. At most half of the height.
     """
     material, body = design.material_of("body"), design.body
     modulus = material.youngs_modulus_MPa / (1.0 - material.poissons_ratio**2)
@@ -153,7 +155,7 @@ def approach_for(design: Design, rigid: SceneObject, normal_force: float) -> flo
         nu = material.poissons_ratio
         layer = math.log1p((2.0 * height / half) ** 2 * math.exp(-nu / (1.0 - nu)))
         column = normal_force * height / (modulus * 4.0 * wide * deep)
-        approach = half * half * across / 4.0 * layer + _FREE_SIDES * column
+        approach = half * half * across / 4.0 * layer + free_sides * column
     elif rigid.tilt_deg:  # a wedge: half the pressure of the flat top at the same depth
         approach = 2.0 * normal_force * height / (modulus * 4.0 * wide * deep)
     else:
@@ -165,7 +167,8 @@ def greatest_approach(design: Design, scene: Scene) -> float:
     """Greatest approach of a scene's object, mm; a forecast where forces are prescribed."""
     rows = scene.path.rows
     if scene.path.control == "force":
-        return approach_for(design, scene.object, max(row[0] for row in rows))
+        # What the free sides give way widens no contact.
+        return approach_for(design, scene.object, max(row[0] for row in rows), free_sides=0.0)
     return max(row[0] for row in rows)
 
 

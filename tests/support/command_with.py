@@ -6,8 +6,8 @@ For studies that are killed: a process of their own, in which jobs are evaluated
 import functools
 import sys
 
-from fingerdesign_cli import search
 from fingerdesign_cli.main import main
+from fingerdesign_cli.studies import search
 
 from fingerdesign.search.run.cluster import Cluster
 

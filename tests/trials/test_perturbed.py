@@ -152,7 +152,7 @@ def test_another_mesher_is_requested_by_name_in_three_dimensions():
 def test_by_another_mesher_a_finger_is_much_the_same(own_cache):
     text = COARSE.replace("count = 5", "count = 2")
     text += "[body]\nwidth_mm = 12.0\nbase_height_mm = 5.0\ndepth_mm = 6.0\n"
-    design = parse_design(text + "[mesh]\ncontact_size_mm = 0.8\nplate_size_mm = 0.6")
+    design = parse_design(text + "[mesh]\ncontact_size_mm = 0.65\nplate_size_mm = 0.6")
     felt = []
     for fault in ("gains", "mesher"):
         bench, held = perturbed_problems(perturb(design, [fault], 3), "3d")
@@ -162,8 +162,8 @@ def test_by_another_mesher_a_finger_is_much_the_same(own_cache):
         felt.append((held.model.points, samples[-1]))
     (swept, one), (other, two) = felt
     assert len(swept) != len(other)
-    # Both are coarse, and fTetWild's differs from run to run: on three F_n by 0.3 %, F_t by 2.2 to
-    # 3.4 %, readings by 0.7 to 2.1 % of the largest.
+    # Both are coarse, and fTetWild's differs from run to run: on four F_n by 0.4 %, F_t by 1.1 to
+    # 2.7 %. With contact_size_mm = 0.8 it is 4 to 5 %.
     assert two.normal_force == pytest.approx(one.normal_force, rel=0.02)
     assert two.tangential_force == pytest.approx(one.tangential_force, rel=0.05)
     worst = np.abs(two.readings - one.readings).max()

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -125,16 +126,24 @@ def random_scene(rng: np.random.Generator, design: Design, control: str) -> Scen
 
 
 def force_at(design: Design, approach: float) -> float:
-    """About the force, N, that presses so far: the forecast of design.contact_zone turned round."""
-    from fingerdesign.design.scene import SceneObject
-    from fingerdesign.layout.zone import approach_for
+    """About the force, N, that presses so far, by Johnson's formula of a layer (eq. 5.56).
+
+    It is part of what the references were made for, and stays as it is.
+    """
+    from fingerdesign.layout.bodies import crest_height
+
+    material, body = design.material_of("body"), design.body
+    modulus = material.youngs_modulus_MPa / (1.0 - material.poissons_ratio**2)
+    across = body.kind.curvatures(body)[0]
+    height, nu = float(crest_height(body)), material.poissons_ratio
+
+    def approach_of(force: float) -> float:
+        half = math.sqrt(4.0 * force / (body.depth_mm * math.pi * modulus * across))
+        layer = 2.0 * math.log(max(2.0 * height / half, 1.0 + 1e-9)) - nu / (1.0 - nu)
+        return min(half * half * across / 4.0 * max(layer, 0.5), 0.5 * height)
 
     low, high = 1e-3, 1e3
     for _ in range(60):
         middle = float(np.sqrt(low * high))
-        low, high = (
-            (middle, high)
-            if approach_for(design, SceneObject(), middle) < approach
-            else (low, middle)
-        )
+        low, high = (middle, high) if approach_of(middle) < approach else (low, middle)
     return low
