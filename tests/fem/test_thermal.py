@@ -67,7 +67,7 @@ def test_a_bimetal_strip_bends_as_timoshenko_says():
 
 
 @pytest.mark.parametrize("element", ["P2", "mixed"])
-@pytest.mark.parametrize("kind", ["section", "half"])
+@pytest.mark.parametrize("kind", ["section", pytest.param("half", marks=pytest.mark.slow)])
 def test_a_warming_finger_is_condensed_with_what_it_does_untouched(kind, element):
     """Surface and gages as of the whole field; plates and rubber each by their own material; the
     same from kept answers and at another modulus."""

@@ -127,6 +127,7 @@ def test_a_plate_that_is_off_alone_changes_no_more_than_is_reported(three, secti
         assert 0.3 * reported["gages"][1][name] < alone < 1.1 * reported["gages"][1][name]
 
 
+@pytest.mark.slow
 def test_the_effect_in_space_is_as_large(three, reported):
     """Half a model in 3-D, with gages' leads: as large as in plane strain, within a factor of two
     (free ends and leads)."""
