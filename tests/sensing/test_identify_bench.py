@@ -19,8 +19,9 @@ from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import Trace
+from fingerdesign.errors import SolverError
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.sensing.identify import sensitivities
+from fingerdesign.sensing.identify import bench_fit, sensitivities
 from fingerdesign.sensing.identify.bench import (
     BenchModel,
     phase_problems,
@@ -237,6 +238,18 @@ def test_sensitivities_are_cached_and_a_dead_gage_is_named(design, measured):
     assert (values[1], deviations[1]) == pytest.approx((0.0, 0.03))
     moved_by, deviation = (each[2] for each in fit.of("x"))
     assert 0.07 < moved_by < 0.15 + 2.0 * deviation < 0.22
+
+
+@pytest.mark.slow
+def test_a_fit_that_does_not_converge_is_an_error(design, measured):
+    phases = read_bench(measured, GAGES)
+    curves = bench_curves(phases, np.array([each.x for each in plate_frames(design)]))
+    # Without a halving no step is taken: the plate that lies off remains to be found.
+    with (
+        patch.object(bench_fit, "_HALVINGS", 0),
+        pytest.raises(SolverError, match="did not converge"),
+    ):
+        fit_latents(Measured(design, phases, curves, Noise(0.5, 0.005)))
 
 
 def column(name, change=None):

@@ -328,7 +328,8 @@ def _about_lean(curves: Callable[[float], BenchCurves], data: _Data, report: Rep
 def fit_latents(measured: Measured, report: Report = lambda message: None) -> LatentFit:
     """Fit the finger that was measured.
 
-    Raises SolverError where the design's own model has no answer in the phases' moves.
+    Raises SolverError where the design's own model has no answer in the phases' moves, and where
+    the fit does not converge.
     """
     design, phases = measured.design, measured.phases
     gages = measured.curves.calibration.normal.readings.shape[1]
@@ -350,26 +351,34 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     problem = _Problem(model, data, latents, _columns(data, latents, differences), solved)
     report("fitting")
     bounds = _bounds(design, latents)
-    x = _least_squares(problem, start, bounds, _ENOUGH[0])
+    x, _ = _least_squares(problem, start, bounds, _ENOUGH[0])
     problem = problem.at(x, planned, report)
-    x = _least_squares(problem, x, bounds, _ENOUGH[1])
+    x, fall = _least_squares(problem, x, bounds, _ENOUGH[1])
+    left = problem.residual(x)
+    # Squares under their number are noise: no step is needed there.
+    if fall >= _ENOUGH[1] * max(float(left @ left), len(left)):
+        raise SolverError(
+            f"the fit did not converge: a further step promises {100.0 * fall / (left @ left):.0f} "
+            "% less misfit, but none brings it. Is each gage wired as its number says, and is the "
+            "design near to the finger?"
+        )
     return _fitted(problem, x, dead, alive)
 
 
 def _least_squares(
     problem: _Problem, x: Array, bounds: tuple[Array, Array], enough: float
-) -> Array:
-    """Gauss-Newton steps from x within bounds, the Jacobian corrected by each.
+) -> tuple[Array, float]:
+    """Gauss-Newton steps from x within bounds, the Jacobian corrected by each: x, and by how
+    much squares would fall by a further step. Steps end below the fraction ``enough`` of them.
 
     A step is halved until squares fall: plates may overlap on the way.
     """
-    left = problem.residual(x)
-    for _ in range(_ROUNDS):
+    left, fall = problem.residual(x), 0.0
+    for number in range(_ROUNDS + 1):
         jacobian = problem.jacobian(x)
         step = lsq_linear(jacobian, -left, (bounds[0] - x, bounds[1] - x)).x
         fall = float(left @ left - np.sum((left + jacobian @ step) ** 2))
-
-        if fall < enough * float(left @ left):
+        if fall < enough * float(left @ left) or number == _ROUNDS:
             break
         for _ in range(_HALVINGS):
             now = problem.residual(x + step)
@@ -380,7 +389,7 @@ def _least_squares(
             break
         problem.correct(x, step, now - left)
         x, left = x + step, now
-    return x
+    return x, fall
 
 
 def _bounds(design: Design, latents: Sequence[Latent]) -> tuple[Array, Array]:
