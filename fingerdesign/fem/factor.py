@@ -17,7 +17,7 @@ pymetis is installed, else minimum degree, which fills a 3-D model many times as
 import os
 import sys
 import warnings
-from ctypes import POINTER, byref, c_double, c_int32
+from ctypes import POINTER, byref, c_double, c_int32, c_int64
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -164,7 +164,8 @@ class Condensation:
         return found
 
     def __del__(self) -> None:
-        if getattr(self, "_pardiso", None) is not None:
+        # At the interpreter's end its memory goes anyway, and pypardiso can import no more.
+        if getattr(self, "_pardiso", None) is not None and not sys.is_finalizing():
             self._pardiso.free_memory(everything=True)
 
 
@@ -236,8 +237,8 @@ def _call(solver: Any, matrix: sp.csr_matrix, loads: Array, found: Array) -> Non
     limit = solver.libmkl.MKL_Set_Num_Threads_Local
     before = limit(1) if len(matrix.data) < _ONE_THREAD else None
     try:
-        solver._mkl_pardiso(
-            solver.pt.ctypes.data_as(POINTER(solver._pt_type[0])),
+        solver.libmkl.pardiso(
+            _start(solver.pt, c_int64),
             *(byref(c_int32(number)) for number in numbers),
             _start(matrix.data, c_double),
             *arrays[:3],
