@@ -11,7 +11,7 @@ import pytest
 
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.calibration import Bounds
-from fingerdesign.control.estimator import GripEstimator, feature_count
+from fingerdesign.control.estimator import GripEstimator, feature_count, outputs_of
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.train import network
@@ -19,7 +19,7 @@ from fingerdesign.sensing.train import result as training
 from fingerdesign.sensing.train.estimator import BANDS, NOISES, train_estimator
 from fingerdesign.sensing.train.paths import FRICTIONS, Settings, random_grip_paths
 from fingerdesign.sensing.train.policy import policy_grips
-from fingerdesign.sensing.train.samples import finger_curves, sample
+from fingerdesign.sensing.train.samples import finger_curves, sample, sample_grips
 
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
 COARSE = {"plates.count": 3, "mesh.section.contact_size_mm": 0.4}
@@ -77,6 +77,20 @@ def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
     assert np.abs(loud[:, :3] - quiet[:, :3]).mean() > 0.0
 
 
+def test_samples_of_smooth_objects_weigh_more(problem, grips):
+    curves = finger_curves(problem, "upper", BOUNDS)
+    inputs, _, weights = sample_grips(grips[:2], curves, SETTINGS, (0.5, 1.0))
+    own = [1.0 / each.friction_coefficient for each in grips[:2]]
+    assert len(weights) == len(inputs)
+    assert list(dict.fromkeys(weights)) == pytest.approx(own)
+    # Where samples with the same features disagree, the network takes their weighted mean.
+    rows, weights = np.zeros((1200, 4), dtype=np.float32), np.tile([1.0, 1.0, 6.0], 400)
+    truths = np.tile([[1.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (400, 1))
+    with network.without_convergence_warnings():
+        layers = network.train_layers(rows, truths, [(1e-3, 200)], 0, weights)
+    assert outputs_of(layers, rows[:1])[0] == pytest.approx([0.25, 0.75], abs=0.03)
+
+
 def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips):
     with epochs(25):
         bands = ((0.25, 15.0),)
@@ -87,8 +101,9 @@ def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips):
     predicted, std = result.estimator.bands[0].spread.T
     assert (std > 0.0).all()
     assert (np.diff(predicted) >= 0.0).all()
-    # It knows where it errs. Nine held-out grips have 1.4; with former draws it was over 1.5.
-    assert std[-3:].mean() > 1.25 * std[:3].mean()
+    # It knows where it errs. Nine held-out grips of four seeds have 1.15 to 1.45 (without weights
+    # 1.2 to 1.7): the samples of smooth objects alone decide more of the training.
+    assert std[-3:].mean() > 1.1 * std[:3].mean()
     again = GripEstimator.from_json(result.estimator.to_json())
     history = grips[0].moments[:20]
     assert again.estimate(history).friction_utilisation == pytest.approx(

@@ -74,14 +74,14 @@ def train_estimator(
     curves = finger_curves(problem, settings.face, settings.bounds)
     jobs = []
     for noises in bands:
-        inputs, outputs = sample_grips(training, curves, settings, noises)
+        inputs, outputs, weights = sample_grips(training, curves, settings, noises)
         if len(inputs) < _LEAST_SAMPLES * inputs.shape[1]:
             raise SolverError(
                 f"{len(inputs)} samples are too few to train {inputs.shape[1]} features: more "
                 "grips, or a longer travel of the stage (grip.max_approach_mm)"
             )
         report(f"training on {len(inputs)} samples with noise up to {noises[1]:g} microstrain")
-        jobs.append((inputs, outputs, noises[1], settings.seed, settings.fingers))
+        jobs.append((inputs, outputs, weights, noises[1], settings.seed, settings.fingers))
     # In this process alone: another one adds up in another order, and the last digits differ.
     networks = tuple(starmap(fit_band, jobs))
     samples = sum(len(job[0]) for job in jobs)

@@ -27,22 +27,27 @@ _BATCH = 256
 _NO_EARLY_END = 10_000
 
 
-def fit_band(inputs: Array, outputs: Array, most_noise: float, seed: int, fingers: int = 1) -> Band:
-    """Train one network on features (n, f) and truths (n, 2); its std is not known yet."""
+def fit_band(
+    inputs: Array, outputs: Array, weights: Array, most_noise: float, seed: int, fingers: int = 1
+) -> Band:
+    """Train one network on features (n, f) and truths (n, 2); its std is not known yet.
+
+    weights (n,): of the squared errors.
+    """
     center, scale = center_and_scale(inputs)
     fewer = min(_PERTURBED_EPOCHS if fingers > 1 else 1.0, _ROWS / len(inputs))
     schedule = [(rate, math.ceil(fewer * epochs)) for rate, epochs in _SCHEDULE]
     # Single precision trains twice as fast.
     rows = standardised(inputs, center, scale).astype(np.float32)
     with one_thread(), without_convergence_warnings():
-        predicted_error = _predicted_error(rows, outputs, schedule, seed)
+        predicted_error = _predicted_error(rows, outputs, weights, schedule, seed)
         targets = np.column_stack([outputs, predicted_error])
-        layers = train_layers(rows, targets, schedule, seed)
+        layers = train_layers(rows, targets, schedule, seed, weights)
     return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
 
 
 def _predicted_error(
-    rows: NDArray[np.float32], truths: Array, schedule: Schedule, seed: int
+    rows: NDArray[np.float32], truths: Array, weights: Array, schedule: Schedule, seed: int
 ) -> Array:
     """The third output to train (n,): the expected error of the friction utilisation, so that a
     hand can rely on accurate estimates. It is the error on each half of the grips of a network that
@@ -57,7 +62,7 @@ def _predicted_error(
     for tested in (slice(0, half), slice(half, None)):
         others = np.ones(len(rows), dtype=bool)
         others[tested] = False
-        layers = train_layers(rows[others], truths[others], schedule, seed)
+        layers = train_layers(rows[others], truths[others], schedule, seed, weights[others])
         off = np.clip(outputs_of(layers, rows[tested])[:, 1], 0.0, 1.0) - truths[tested, 1]
         found[tested] = np.sqrt(np.abs(off)) / 3.0
     return found
@@ -88,10 +93,15 @@ def without_convergence_warnings() -> Iterator[None]:
 
 
 def train_layers(
-    rows: NDArray[np.float32], truths: Array, schedule: Schedule, seed: int
+    rows: NDArray[np.float32],
+    truths: Array,
+    schedule: Schedule,
+    seed: int,
+    weights: Array | None = None,
 ) -> tuple[Layer, ...]:
     """Train a network on standardised rows (n, f) and truths (n, outputs); its layers.
 
+    weights (n,): of the squared errors, in any unit; None: all alike.
     Call it inside :func:`without_convergence_warnings`, which threads share.
     """
     from sklearn.neural_network import MLPRegressor
@@ -105,9 +115,11 @@ def train_layers(
         warm_start=True,
         random_state=seed,
     )
+    # Their mean is 1, so that the penalty means the same with all weights.
+    own = None if weights is None else (weights / weights.mean()).astype(np.float32)
     for rate, epochs in schedule:
         network.learning_rate_init, network.max_iter = rate, epochs
-        network.fit(rows, truths.astype(np.float32))
+        network.fit(rows, truths.astype(np.float32), sample_weight=own)
     return tuple(
         Layer(np.asarray(weight, dtype=float), np.asarray(bias, dtype=float))
         for weight, bias in zip(network.coefs_, network.intercepts_, strict=True)
