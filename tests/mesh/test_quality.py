@@ -1,7 +1,7 @@
 """Quality measures on cells whose values are known, and reports in 2-D and 3-D."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -117,7 +117,7 @@ def test_every_region_and_face_is_held_against_the_design(cored):
         assert report.dofs == mesh.points.size
         assert report.worst_plate_volume_error < 1e-9
         assert report.min_dihedral_deg > 1.0
-        assert json.loads(json.dumps(report.to_dict(), allow_nan=False)) == report.to_dict()
+        assert json.loads(json.dumps(asdict(report), allow_nan=False)) == asdict(report)
     notes = {"attempts": 2, "failed_attempts": "attempt 1 (whole): fTetWild gave up"}
     again = assess(replace(cored, symmetric=False, notes=notes), DESIGN)
     assert (again.modelled, again.attempts) == ("whole", 2)
