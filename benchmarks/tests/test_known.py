@@ -88,14 +88,6 @@ def test_verdicts(value, more, verdict):
     assert Case(**{**SOUND, **more}).verdict(value) == verdict
 
 
-@pytest.mark.parametrize("plane", [True, False])
-def test_spence_without_the_effect_of_shear_on_pressure(plane):
-    known = [0.045, 0.199, 0.406, 0.744, 0.968] if plane else [0.224, 0.524, 0.733, 0.919, 0.992]
-    frictions = (0.1, 0.15, 0.2, 0.3, 0.5)
-    found = [theory.spence_uncoupled(0.3, friction, plane) for friction in frictions]
-    assert found == pytest.approx(known, abs=6e-4)
-
-
 def test_references_of_spence_lubkin_and_mindlin_are_what_theory_gives():
     for case in CASES:
         given = case.arguments

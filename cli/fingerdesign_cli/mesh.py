@@ -1,5 +1,6 @@
 """``fingerdesign mesh``: the mesh that an analysis would use, its quality, and a picture of it."""
 
+from dataclasses import asdict
 from pathlib import Path
 
 import click
@@ -51,14 +52,14 @@ def mesh(
         out.mkdir(parents=True, exist_ok=True)
         files = [write_mesh(mesh, out / f"mesh.{ending}") for ending in endings]
         files.append(write_whole(out / "quality.txt", f"{quality_text(quality)}\n"))
-        files.append(write_whole(out / "quality.json", json_text(quality.to_dict())))
+        files.append(write_whole(out / "quality.json", json_text(asdict(quality))))
         if picture:
             report("drawing")
             files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
             files.append(draw_quality(mesh, finger, quality, out / "quality.png", requested))
     names = list(map(str, files))
     say_result(
-        lambda: {**quality.to_dict(), "files": names},
+        lambda: {**asdict(quality), "files": names},
         lambda: click.echo(f"{quality_text(quality)}\nwritten: {', '.join(names)}"),
     )
 

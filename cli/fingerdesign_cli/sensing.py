@@ -114,8 +114,6 @@ def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
 def _held_out(result: TrainingResult) -> str:
     """Describe the held-out grips: of other fingers, or other grips of the training finger."""
     grips, fingers = result.judged_grips, result.judged_fingers
-    if grips is None or fingers is None:
-        return "held-out grips (trained by an earlier version, which did not record their fingers)"
     if fingers:
         return f"{grips} grips of {fingers} other fingers, drawn as those for training"
     return f"{grips} other grips of the same finger or fingers: it is not tested on another one"

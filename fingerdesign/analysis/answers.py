@@ -6,9 +6,7 @@ Light to import.
 """
 
 import hashlib
-import io
 import json
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,7 @@ from fingerdesign.records.arrays import (
 )
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULTS, read_result
-from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
+from fingerdesign.runtime.cache import Cache, code_digest
 from fingerdesign.runtime.registry import has_plugins
 from fingerdesign.version import versions
 
@@ -67,16 +65,8 @@ def cache_answer(case: Case, folder: Path, result: Result) -> None:
     """Store the files of a result's folder, unless it failed. A cache that cannot be written is
     no fault."""
     key = _key(case)
-    if key is None or result.status != "ok":
-        return
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w") as archive:
-        for path in sorted(folder.iterdir()):
-            archive.write(path, path.name)
-    try:
-        _answers().put(key, content.getvalue())
-    except OSError:
-        return
+    if key is not None and result.status == "ok":
+        _answers().put_files(key, sorted(folder.iterdir()), packed=False)
 
 
 def cached_answer(
@@ -84,12 +74,8 @@ def cached_answer(
 ) -> Result | None:
     """Write the cached answer as OUT/NAME, without page and CAD files that are not requested;
     None where there is none. ResultError where OUT will not do."""
-    if not is_cached(case):
-        return None
-    try:
-        with zipfile.ZipFile(_answers().path(str(_key(case)))) as archive:
-            contents = {Path(name).name: archive.read(name) for name in archive.namelist()}
-    except GARBLED:
+    key = _key(case)
+    if key is None or (contents := _answers().files(key)) is None:
         return None
     with_page, with_cad = requested_products(case, page, cad)
     with RESULTS.written(out / case.design.design.name) as folder:

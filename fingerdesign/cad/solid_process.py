@@ -9,10 +9,8 @@ Importing this module loads no CAD kernel.
 """
 
 import hashlib
-import io
-import zipfile
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +20,7 @@ from fingerdesign.design.mesh import MeshOptions
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
+from fingerdesign.runtime.cache import Cache, code_digest
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.isolate import ProcessError, call, concurrently
 from fingerdesign.runtime.registry import has_plugins
@@ -73,7 +71,8 @@ def finger_cad_concurrently(design: Design, folder: Path) -> Iterator[Callable[[
 
         def written() -> Any:
             names = wait()
-            _cache_files(key, target, names)
+            if key is not None:
+                _files().put_files(key, [target / name for name in names])
             return names
 
         yield _as_geometry_errors(design)(written)
@@ -93,29 +92,12 @@ def _key(design: Design) -> str | None:
 
 def _cached(key: str | None, target: Path) -> list[str] | None:
     """Write the cached files into a folder; their names, None where there are none."""
-    if key is None or not (path := _files().path(key)).is_file():
-        return None
-    try:
-        with zipfile.ZipFile(path) as archive:
-            contents = {Path(name).name: archive.read(name) for name in archive.namelist()}
-    except GARBLED:
+    if key is None or (contents := _files().files(key)) is None:
         return None
     target.mkdir(parents=True, exist_ok=True)
     for name, content in contents.items():
         write_whole(target / name, content)
     return list(contents)
-
-
-def _cache_files(key: str | None, target: Path, names: Iterable[str]) -> None:
-    """Cache the files of a folder. A cache that cannot be written is no fault."""
-    if key is None:
-        return
-    content = io.BytesIO()
-    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name in names:
-            archive.write(target / name, name)
-    with suppress(OSError):
-        _files().put(key, content.getvalue())
 
 
 def _files() -> Cache:

@@ -1,6 +1,6 @@
 """Quality of a mesh: angles, sizes, volumes and areas against the CAD, distance to its faces."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -82,10 +82,6 @@ class QualityReport:
     aspect_percentiles: dict[str, float] = field(default_factory=dict)
     worst: list[dict[str, Any]] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        return asdict(self)
 
 
 def _part(edges: Array, angles: Array, aspect: Array, volumes: Array) -> dict[str, float]:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field
-from scipy.special import betaln, stdtrit
+from scipy.special import bdtr, betaln, stdtrit
 
 from fingerdesign.records.base import Count, Size, closed
 
@@ -131,22 +131,11 @@ def spread_of(values: Iterable[float | None]) -> Spread | None:
     if not found:
         return None
     low = high = None
-    if rank := _rank(len(found)):
+    rank = next(k for k in range(len(found)) if bdtr(k, len(found), 0.5) > _TAIL)
+    if rank:
         low, high = float(found[rank - 1]), float(found[-rank])
     first, median, third = np.quantile(found, [0.25, 0.5, 0.75]).tolist()
     return Spread(len(found), found[0], first, median, third, found[-1], low, high)
-
-
-def _rank(count: int) -> int:
-    """The greatest k with P(B < k) at most 2.5 %, B binomial of ``count`` and a half; 0: none."""
-    k, passed = 0, 0.0
-    log_half = count * math.log(0.5)
-    while True:
-        ways = math.lgamma(count + 1) - math.lgamma(k + 1) - math.lgamma(count - k + 1)
-        passed += math.exp(ways + log_half)
-        if passed > _TAIL:
-            return k
-        k += 1
 
 
 @closed

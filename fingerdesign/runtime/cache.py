@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import io
 import json
 import math
 import os
@@ -20,7 +21,7 @@ import struct
 import time
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
@@ -161,8 +162,6 @@ class Cache:
 
         packed: compressed, which pays for what is not random in its last digits.
         """
-        import io
-
         import numpy as np
 
         content = io.BytesIO()
@@ -173,6 +172,27 @@ class Cache:
         except OSError:
             return False
         return True
+
+    def files(self, name: str) -> dict[str, bytes] | None:
+        """Read the files stored under a name, by their own names; None: nothing to be read."""
+        path = self.path(name)
+        try:
+            if not path.is_file():
+                return None
+            with zipfile.ZipFile(path) as archive:
+                return {Path(each).name: archive.read(each) for each in archive.namelist()}
+        except GARBLED:
+            return None
+
+    def put_files(self, name: str, files: Iterable[Path], packed: bool = True) -> None:
+        """Keep copies of files under a name. A folder that cannot be written is no fault."""
+        content = io.BytesIO()
+        kind = zipfile.ZIP_DEFLATED if packed else zipfile.ZIP_STORED
+        with zipfile.ZipFile(content, "w", kind) as archive:
+            for path in files:
+                archive.write(path, path.name)
+        with contextlib.suppress(OSError):
+            self.put(name, content.getvalue())
 
     def clear(self) -> None:
         """Remove what processes that were killed have left half-written; nobody would read it."""

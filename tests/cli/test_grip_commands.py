@@ -12,30 +12,15 @@ from fingerdesign.control.c_code import c_files
 from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
 from fingerdesign.sensing.model import grip_problem
 from fingerdesign.sensing.train.result import finger_key
-
-DESIGN = """
-[design]
-name = "coarse"
-[plates]
-length_mm = 1.0
-cover_mm = 1.2
-[gages]
-length_mm = 0.6
-[mesh.section]
-contact_size_mm = 0.3
-plate_size_mm = 0.3
-plate_end_size_mm = 0.1
-[grip]
-defaults = "fixed"
-"""
+from tests.support.fingers import COARSE
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Two designs' files."""
     folder = tmp_path_factory.mktemp("replay")
-    (folder / "coarse.toml").write_text(DESIGN)
-    fine = DESIGN.replace("contact_size_mm = 0.3", "contact_size_mm = 0.1")
+    (folder / "coarse.toml").write_text(COARSE)
+    fine = COARSE.replace("contact_size_mm = 0.3", "contact_size_mm = 0.1")
     (folder / "fine.toml").write_text(f"{fine}max_steps = 12\n")
     return folder
 
@@ -43,7 +28,7 @@ def folder(tmp_path_factory):
 @pytest.fixture
 def estimator(tmp_path):
     """``estimator(key)``: the file of one that was taught nothing: its numbers mean nothing."""
-    gages, rng = 15, np.random.default_rng(0)
+    gages, rng = 5, np.random.default_rng(0)
     forces, ones = np.array([0.0, 5.0]), np.full((2, gages), 1.0)
     curves = FingerCurves(forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0))
     count = feature_count(gages)
@@ -77,10 +62,9 @@ def test_an_estimator_is_exported(folder, tmp_path, estimator, terminal):
     path = estimator(finger_key(design))
     louder = GripEstimator.from_json(path.read_text()).at_noise(2.0)
     given = [path, folder / "coarse.toml", "--noise", 2.0, "--out"]
-    weights = 3 * feature_count(15)
+    weights = 3 * feature_count(5)
     assert (
-        f"15 gages, {weights} weights"
-        in terminal("export", "--to", "c", *given, tmp_path / "c").out
+        f"5 gages, {weights} weights" in terminal("export", "--to", "c", *given, tmp_path / "c").out
     )
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
@@ -124,7 +108,7 @@ LIMITS = "max_approach_mm = 0.2\nmax_steps = 20\n"  # of the design's last table
 
 def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, terminal):
     """On a short finger swept through two layers: another model, named so, and taken by each."""
-    short = DESIGN.replace("[plates]", "[body]\ndepth_mm = 4.0\n[plates]\ncount = 5\nspan_mm = 4.0")
+    short = COARSE.replace("[plates]", "[body]\ndepth_mm = 4.0\n[plates]\nspan_mm = 4.0")
     path = tmp_path / "short.toml"
     path.write_text(short.replace("[mesh.section]", f"{SOLID}[mesh.section]") + LIMITS)
     study = ["study", path, "--controller", "fixed_ratio", "--quiet", "--friction", "0.6"]

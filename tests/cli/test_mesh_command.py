@@ -7,25 +7,13 @@ import pytest
 from fingerdesign_cli.mesh import ENDINGS
 
 from fingerdesign.mesh.files.io import read_named
-
-DESIGN = """
-design.name = "small"
-body.width_mm = 12.0
-body.base_height_mm = 5.0
-body.depth_mm = 6.0
-plates.count = 1
-plates.thickness_mm = 0.3
-mesh.mesher = "sweep"
-mesh.layers = 2
-mesh.contact_size_mm = 1.0
-mesh.plate_size_mm = 1.0
-"""
+from tests.support.fingers import SMALL
 
 
 @pytest.fixture
 def design(tmp_path):
     path = tmp_path / "small.toml"
-    path.write_text(DESIGN)
+    path.write_text(SMALL)
     return path
 
 
@@ -106,7 +94,7 @@ def test_a_mesh_made_elsewhere_is_read_next_to_its_design(design, tmp_path, in_t
     terminal("mesh", design, "--out", out, *options)
     assert not (out / "quality.png").exists()
     own = out / "again.toml"
-    own.write_text(DESIGN.replace('"sweep"', '"file"\nmesh.file = "mesh.inp"'))
+    own.write_text(SMALL.replace('"sweep"', '"file"\nmesh.file = "mesh.inp"'))
     report = json.loads(
         terminal("mesh", own, "--out", tmp_path / "again", *options[:2], "--json").out
     )

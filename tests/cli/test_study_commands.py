@@ -32,7 +32,7 @@ def out(tmp_path):
 
 
 def test_files_of_a_finger(study, out, terminal):
-    shown = terminal("generate", study, "--out", out, "--count", "1", "--workers", "1").out
+    shown = terminal("generate", study, "--out", out, "--only", "1", "--workers", "1").out
     assert "1 variants, 0 of them there already" in shown
     folder = out / "few" / "few-0001"
     names = ["body.stl", "few-0001.toml", "finger.step", "finger.stl", "plates.stl"]

@@ -10,30 +10,15 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
+from tests.support.fingers import SMALL
 
-TOML = """
-design.name = "barred"
-[body]
-width_mm = 10.0
-base_height_mm = 5.0
-depth_mm = 4.0
-[plates]
-count = 2
-length_mm = 1.5
-pitch_mm = 3.0
-[gages]
-length_mm = 0.5
-width_mm = 1.0
-[mesh]
-layers = 2
-contact_size_mm = 1.5
-"""
+GAGES = {"gages.length_mm": 0.5, "gages.width_mm": 1.0}
 WIRE = {"gages.leads.kind": "wire", "gages.leads.number": 4, "gages.leads.diameter_mm": 0.1}
 
 
 @pytest.fixture(scope="module")
 def finger():
-    design = parse_design(TOML)
+    design = with_values(parse_design(SMALL), GAGES)
     return design, extrude(design, Zone(2.0, None), True, design.mesh.section)
 
 
@@ -51,7 +36,7 @@ def test_a_uniform_strain_has_the_bars_energy(finger, strain):
     found = energy(bar_stiffness(design, mesh, plate_frames(design)), motion)
     copper = 4 * 120e3 * np.pi * 0.05**2  # N, of a plate
     bar = design.gage_type
-    leads = 2 * 0.5 * copper * strain[2] ** 2 * (2.0 - 0.5)  # from the gage's edge to the end
+    leads = 2 * 0.5 * copper * strain[2] ** 2 * (3.0 - 0.5)  # from the gage's edge to the end
     gages = 2 * 0.5 * bar.stiffness * bar.carrier_width_mm * bar.carrier_length_mm * strain[0] ** 2
     assert found == pytest.approx(leads + gages, rel=1e-6)
 

@@ -22,26 +22,14 @@ from fingerdesign.mesh.quality_text import quality_text
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.types import in_tetrahedra
 from fingerdesign.pipeline import analyse
+from tests.support.fingers import SMALL
 
-DESIGN = """
-design.name = "t"
-body.width_mm = 12.0
-body.base_height_mm = 5.0
-body.depth_mm = 6.0
-plates.count = 2
-plates.pitch_mm = 3.0
-plates.thickness_mm = 0.3
-mesh.mesher = "sweep"
-mesh.layers = 2
-mesh.contact_size_mm = 1.2
-mesh.plate_size_mm = 1.0
-"""
 Write = Callable[..., Design]
 
 
 @pytest.fixture(scope="module")
 def made():
-    return in_tetrahedra(extrude(parse_design(DESIGN), Zone(3.0)))
+    return in_tetrahedra(extrude(parse_design(SMALL), Zone(3.0)))
 
 
 def linear(mesh, path, regions, facets):
@@ -68,7 +56,7 @@ FACETS = {"base": "base", "contact": "contact"}
 
 def of_file(path, **values):
     own = {"mesh.mesher": "file", "mesh.file": str(path), **values}
-    return with_values(parse_design(DESIGN), own)
+    return with_values(parse_design(SMALL), own)
 
 
 @pytest.mark.parametrize("ending", ["msh", "vtu", "inp"])
@@ -101,7 +89,7 @@ def test_linear_cells_become_quadratic_on_the_surface(made, tmp_path):
 
 def test_nodes_near_the_designs_faces_are_put_on_them_and_far_ones_stay(made, tmp_path):
     scaled = made.points * [1.0003, 0.9998, 1.0002]
-    assert assess(replace(made, points=scaled), parse_design(DESIGN)).contact_residual_mm > 1e-4
+    assert assess(replace(made, points=scaled), parse_design(SMALL)).contact_residual_mm > 1e-4
     wavy = made.points.copy()
     wavy[:, 2] += 0.03 * wavy[:, 2] * np.sin(9.0 * wavy[:, 0])  # at the free end
     for points, far in ((scaled, False), (wavy, True)):
@@ -116,7 +104,7 @@ def test_nodes_near_the_designs_faces_are_put_on_them_and_far_ones_stay(made, tm
 
 
 def test_slots_of_sheets_come_back_and_must_have_names(tmp_path):
-    sheets = parse_design(DESIGN + 'plates.model = "sheet"\n')
+    sheets = parse_design(SMALL + 'plates.model = "sheet"\n')
     made = in_tetrahedra(extrude(sheets, Zone(3.0)))
     own = with_values(
         sheets, {"mesh.mesher": "file", "mesh.file": str(write_mesh(made, tmp_path / "m.msh"))}
@@ -131,7 +119,7 @@ def test_slots_of_sheets_come_back_and_must_have_names(tmp_path):
 
 
 def test_the_answer_is_that_of_the_same_mesh(tmp_path):
-    design, scene = parse_design(DESIGN), parse_scene("path.increments_mm = [[0.2, 0.05]]")
+    design, scene = parse_design(SMALL), parse_scene("path.increments_mm = [[0.2, 0.05]]")
     mesh = in_tetrahedra(make_mesh(design, "3d", zone_of(Case(design, scene), scene), True))
     first, again = (
         analyse(of_file(write_mesh(mesh, tmp_path / f"m.{ending}")), scene)
@@ -149,7 +137,7 @@ def test_half_and_whole(made, tmp_path):
     half = of_file(write_mesh(made, tmp_path / "half.msh"))
     with pytest.raises(MeshError, match="holds the half z >= 0"):
         imported_mesh(half, symmetric=False)
-    both = in_tetrahedra(extrude(parse_design(DESIGN), Zone(3.0), symmetric=False))
+    both = in_tetrahedra(extrude(parse_design(SMALL), Zone(3.0), symmetric=False))
     mesh = imported_mesh(of_file(write_mesh(both, tmp_path / "whole.msh")), symmetric=True)
     assert not mesh.symmetric
     assert "symmetry" not in mesh.facets
@@ -209,8 +197,8 @@ def broken(made):
         "more than two tetrahedra": {"cells": made.cells[twice], "regions": made.regions[twice]},
         "belong to another boundary too": {"facets": made.facets | {"base": contact}},
         "mesh's outside": {"facets": made.facets | {"base": np.vstack([added, base])}},
-        r"'base' in m.msh has .* mm.2 where t has": fewer("base"),
-        r"'contact' in m.msh has .* mm.2 where t has": fewer("contact"),
+        r"'base' in m.msh has .* mm.2 where small has": fewer("base"),
+        r"'contact' in m.msh has .* mm.2 where small has": fewer("contact"),
         "cells lack": {"cells": made.cells[kept], "regions": made.regions[kept]},
     }
 

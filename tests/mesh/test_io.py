@@ -17,23 +17,13 @@ from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import in_tetrahedra
+from tests.support.fingers import CORE, SMALL
 
-DESIGN = parse_design(
-    """
-    design.name = "t"
-    plates.count = 2
-    plates.pitch_mm = 4.0
-    plates.thickness_mm = 0.3
-    body.core.bottom_mm = 0.5
-    mesh.layers = 2
-    mesh.contact_size_mm = 1.5
-    mesh.plate_size_mm = 1.0
-    [mesh.section]
-    contact_size_mm = 1.0
-    plate_size_mm = 0.5
-    plate_end_size_mm = 0.3
-    far_size_mm = 2.0
-    """
+DESIGN = with_values(
+    parse_design(SMALL),
+    CORE
+    | {"mesh.section.contact_size_mm": 1.0, "mesh.section.plate_size_mm": 0.5}
+    | {"mesh.section.plate_end_size_mm": 0.3, "mesh.section.far_size_mm": 2.0},
 )
 
 
@@ -211,7 +201,7 @@ def test_a_mesh_is_kept_for_its_geometry_sizes_zone_and_half():
     for zone in (Zone(3.1, 2.0, 1.0), Zone(3.0, 2.1, 1.0), Zone(3.0, 2.0, 1.1), Zone(3.0)):
         assert key_of(zone) != same
     assert key_of(symmetric=False) != same
-    geometry = {"plates.angle_deg": 40.0, "body.core.height_mm": 1.5, "body.width_mm": 21.0}
+    geometry = {"plates.angle_deg": 40.0, "body.core.height_mm": 1.4, "body.width_mm": 21.0}
     sizes = {"mesh.contact_size_mm": 1.4, "mesh.far_size_mm": 2.5, "plates.model": "sheet"}
     for name, value in (geometry | sizes).items():
         assert key_of(**{name: value}) != same, name

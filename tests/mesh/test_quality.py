@@ -1,7 +1,7 @@
 """Quality measures on cells whose values are known, and reports in 2-D and 3-D."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -23,6 +23,7 @@ from fingerdesign.mesh.quality_text import quality_text
 from fingerdesign.mesh.requested import requested_sizes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
+from tests.support.fingers import CORE, SMALL
 
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
 TETRA = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
@@ -81,19 +82,7 @@ def test_folded_cells_have_a_jacobian_below_zero():
             np.testing.assert_allclose(least_jacobian_ratios(moved, cells), [least])
 
 
-CORED = """
-design.name = "cored"
-plates.count = 2
-plates.pitch_mm = 4.0
-plates.thickness_mm = 0.3
-mesh.layers = 2
-mesh.contact_size_mm = 1.0
-mesh.plate_size_mm = 1.0
-body.core.width_mm = 6.0
-body.core.height_mm = 2.0
-body.core.bottom_mm = 1.0
-"""
-DESIGN = parse_design(CORED)
+DESIGN = with_values(parse_design(SMALL), CORE)
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +93,7 @@ def cored():
 def test_every_region_and_face_is_held_against_the_design(cored):
     report = assess(cored, DESIGN)
     assert set(report.volumes) == {"elastomer", "plate_0", "plate_1", "core"}
-    assert report.volumes["core"]["target"] == 60.0  # half of the depth
+    assert report.volumes["core"]["target"] == 27.0  # half of the depth
     for values in report.volumes.values():
         assert values["error"] < 1e-6
     faces = {"base", "contact", "side", "end", "symmetry", "plate_0", "plate_1", "core"}
@@ -117,7 +106,7 @@ def test_every_region_and_face_is_held_against_the_design(cored):
         assert report.dofs == mesh.points.size
         assert report.worst_plate_volume_error < 1e-9
         assert report.min_dihedral_deg > 1.0
-        assert json.loads(json.dumps(report.to_dict(), allow_nan=False)) == report.to_dict()
+        assert json.loads(json.dumps(asdict(report), allow_nan=False)) == asdict(report)
     notes = {"attempts": 2, "failed_attempts": "attempt 1 (whole): fTetWild gave up"}
     again = assess(replace(cored, symmetric=False, notes=notes), DESIGN)
     assert (again.modelled, again.attempts) == ("whole", 2)
@@ -183,5 +172,5 @@ def test_sizes_that_are_not_those_of_the_keys_are_explained(cored):
     assert first in quality_text(assess(mesh, DESIGN, requested))
     assert len(requested.reasons) == 3  # longer along z, plates' ends
     assert len(requested_sizes(DESIGN, mesh, Zone(9.0)).reasons) == 2
-    bare = parse_design(CORED.replace("plates.count = 2", "plates.count = 0"))
+    bare = with_values(DESIGN, {"plates.count": 0})
     assert not any("plates" in reason for reason in requested_sizes(bare, mesh, Zone(2.5)).reasons)

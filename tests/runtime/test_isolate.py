@@ -139,10 +139,12 @@ def test_it_loads_ahead_and_once_and_in_its_own_time_if_it_has_one():
         worker.start()
         assert worker.alive
         assert worker.call(calls.loaded_in, time_s=20.0) == worker.pid
-    slowly = "tests.support.slow_to_load:load"
-    with Worker(load=slowly, ready_s=20.0) as worker:
+    with Worker(load=calls.load_slowly, ready_s=20.0) as worker:
         assert worker.call(calls.added, 1, time_s=0.9) == 1
-    with Worker(load=slowly) as worker, pytest.raises(ProcessError, match="did not finish"):
+    with (
+        Worker(load=calls.load_slowly) as worker,
+        pytest.raises(ProcessError, match="did not finish"),
+    ):
         worker.call(calls.added, 1, time_s=0.9)
 
 

@@ -22,7 +22,7 @@ from fingerdesign.search.optimise.volume import beats, hypervolume, most_volume
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design
-from tests.support.optimise_evaluators import outcome_of
+from tests.support.evaluators import formula_of
 
 STUDY = """
 study = { name = "search", base = "maeno2000", count = 8, seed = 5 }
@@ -48,7 +48,7 @@ def search_of(text=STUDY):
 class Evaluator:
     """The formula, in this process; ends with an error before a batch of its life."""
 
-    def __init__(self, ends_at=10_000, outcome=outcome_of):
+    def __init__(self, ends_at=10_000, outcome=formula_of):
         self.batches, self.ends_at, self.outcome = 0, ends_at, outcome
         self.jobs: list[Job] = []
 
@@ -119,7 +119,7 @@ def test_it_learns_also_from_what_is_no_finger_and_costs_nothing(tmp_path):
 def test_the_best_are_confirmed_against_the_reference_of_the_same_model(longer, undisturbed):
     def flattering(job):
         """The reference is good in 3-D, where it was not in plane strain."""
-        found = outcome_of(job)
+        found = formula_of(job)
         if job.fidelity == "3d" and job.name.startswith("reference"):
             return replace(found, metrics=found.metrics | {"stick_error": 0.0})
         return found
@@ -188,7 +188,7 @@ def test_the_worst_scene_counts():
 
 def unseen_where_round(job):
     """Gages of fingers of a small radius, which the formula finds good, show nothing."""
-    found = outcome_of(job)
+    found = formula_of(job)
     unseen = 0.5 if job.design.body.arc_radius_mm < 60.0 else 0.05
     return replace(found, metrics=found.metrics | {"smallest_stick_change": unseen})
 

@@ -90,7 +90,7 @@ class Place:
 
     def sweep(self, *more, **changes):
         study = ["sweep", "many.toml", "--out", "out", *more]
-        return self.command(f"sweep_evaluators:{self.evaluator}", *study, **changes)
+        return self.command(f"evaluators:{self.evaluator}", *study, **changes)
 
     def optimise(self, out, seconds=0.0, confirmed_after="search.toml"):
         """Start `fingerdesign optimise` with a store of its own; 3-D analyses await a file."""
@@ -102,7 +102,7 @@ class Place:
             "EVALUATOR_3D_AFTER": str(self.folder / confirmed_after),
         }
         study = ["optimise", "search.toml", "--out", out, "--workers", "2"]
-        return self.command("optimise_evaluators:formula", *study, **changes)
+        return self.command("evaluators:formula", *study, **changes)
 
     def start(self, *command, most_bytes=None, **changes):
         process = Program(command, self.folder, self.environment | changes, most_bytes)

@@ -16,7 +16,7 @@ from fingerdesign.search.run.cluster import Cluster, ClusterError
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Store, StoreError, run_jobs
 from fingerdesign.search.study.file import Cost, Limits
-from tests.support.sweep_evaluators import outcome_of
+from tests.support.evaluators import outcome_of
 
 LIMITS = Limits(time_s=20.0, memory_MB=1000.0)
 
@@ -43,7 +43,7 @@ def test_a_second_run_computes_nothing_and_twins_are_computed_once(base, tmp_pat
     jobs = [job(base, n) for n in range(5)]
     jobs.append(replace(jobs[4], name="twin", values={"number": 1.0}, cost=Cost(plate=7.0)))
     store, before = Store(tmp_path / "store"), set(psutil.Process().children())
-    with Cluster(2, evaluator="sweep_evaluators:quick") as cluster:
+    with Cluster(2, evaluator="evaluators:quick") as cluster:
         batch = run_jobs(jobs[:2], store, cluster, LIMITS)
         first = run_jobs(jobs, store, cluster, LIMITS)  # it serves one batch after another
     assert [each.name for each in first] == [each.name for each in jobs]
@@ -52,7 +52,7 @@ def test_a_second_run_computes_nothing_and_twins_are_computed_once(base, tmp_pat
     assert first[4].metrics["cost"] != first[5].metrics["cost"]
     assert first[5].values == {"number": 1.0}
     seen = []
-    with Cluster(2, evaluator="sweep_evaluators:quick") as cluster:
+    with Cluster(2, evaluator="evaluators:quick") as cluster:
         assert not run_jobs([], store, cluster, LIMITS)
         assert run_jobs(jobs, store, cluster, LIMITS, seen.append) == first
         assert cluster.threads == 0  # not even started
@@ -75,7 +75,7 @@ def test_bad_jobs_are_failures_and_the_rest_is_done(base, tmp_path, evaluators):
     for good in jobs[len(kinds) :]:
         answer = outcome_of(good.to_data()).to_json()
         Path(f"{evaluators}.{good.name}").write_text(answer, "utf-8")
-    with Cluster(2, evaluator="sweep_evaluators:bad") as cluster:
+    with Cluster(2, evaluator="evaluators:bad") as cluster:
         found = run_jobs(jobs, Store(tmp_path), cluster, Limits(time_s=4.0, memory_MB=400.0))
     for each, (kind, words) in zip(found, kinds.values(), strict=False):
         assert each.failure.kind == kind
@@ -88,7 +88,7 @@ def test_local_workers_listen_on_this_machine_alone():
         found = psutil.Process().net_connections()
         return {each.laddr for each in found if each.status == psutil.CONN_LISTEN}
 
-    with Cluster(1, evaluator="sweep_evaluators:quick") as cluster:
+    with Cluster(1, evaluator="evaluators:quick") as cluster:
         before = listening()
         cluster.start()
         assert {each.ip for each in listening() - before} <= {"127.0.0.1", "::1"}
@@ -96,7 +96,7 @@ def test_local_workers_listen_on_this_machine_alone():
 
 def test_an_outcome_of_another_version_is_refused(base, tmp_path):
     with (
-        Cluster(1, evaluator="sweep_evaluators:elsewhere") as cluster,
+        Cluster(1, evaluator="evaluators:elsewhere") as cluster,
         pytest.raises(ClusterError, match=r"a worker has fingerdesign 0\.0\.1; install the same"),
     ):
         run_jobs([job(base, 1)], Store(tmp_path), cluster, LIMITS)

@@ -98,6 +98,11 @@ def load():
     globals()["loaded"] = os.getpid()
 
 
+def load_slowly():
+    """In a second."""
+    time.sleep(1.0)
+
+
 def loaded_in():
     """The process in which :func:`load` ran."""
     return globals().get("loaded")

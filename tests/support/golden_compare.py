@@ -1,8 +1,7 @@
-"""Comparison of two golden records (golden.py), also of a record under former names with a new one.
+"""Comparison of two golden records (golden.py).
 
-Calls, file names and keys are compared under their new names: RENAMED_CALLS, RENAMED_FILES and
-RENAMED_KEYS. ``--numbers`` compares the values of JSON, CSV and TOML, exit codes, and the digests
-of geometry and fields; words, pages, pictures and schemas are left out.
+``--numbers`` compares the values of JSON, CSV and TOML, exit codes, and the digests of geometry and
+fields; words, pages, pictures and schemas are left out.
 """
 
 import contextlib
@@ -14,36 +13,6 @@ import re
 import tomllib
 from pathlib import PurePosixPath
 
-# Former words at the start of a call, and the words that replace them.
-RENAMED_CALLS = {
-    "teach": "train",
-    "calibrate": "identify",
-    "study-control": "study",
-    "study-unlike": "study --perturbed",
-    "tune": "study --tune --quick",
-    "export-c": "export --to c",
-    "sketch": "view",
-    "gages": "validate --gages",
-}
-# Former names of files, and of the folders that a case writes, by whole part of the path.
-RENAMED_FILES = {
-    "lesson.json": "training.json",
-    "unlike.json": "perturbed.json",
-    "unlike.schema.json": "perturbed.schema.json",
-    "taught": "trained",
-}
-# Former keys of JSON and TOML and headings of CSV.
-RENAMED_KEYS = {
-    "taught_grips": "training_grips",
-    "taught_fingers": "training_fingers",
-    "taught_on": "trained_on",
-    "used": "friction_utilisation",
-    "lesson": "training",
-    "hearing": "replicate",
-    "unlike": "perturbed",
-    "spread": "std",
-    "doubt": "predicted_error",
-}
 # Files that two recordings of one tree do not share: the reason, and how they are compared:
 # "words" (numbers left out, lines in any order) or "there" (both records have the file).
 UNSTEADY = (
@@ -72,27 +41,16 @@ def differences(one, other, numbers=False):
                 yield "\n    ".join([f"{name}/{key}:", *lines[:_SHOWN]])
 
 
-def new_call(line):
-    """Return ``$ fingerdesign WORD ...`` with new words for former ones, options in one order."""
-    word, *rest = line.removeprefix("$ fingerdesign ").split()
-    first, *more = RENAMED_CALLS.get(word, word).split()
-    return f"$ fingerdesign {first} {' '.join(sorted(map(_new_name, [*rest, *more])))}"
-
-
-def _new_name(path):
-    return "/".join(RENAMED_FILES.get(part, part) for part in path.split("/"))
-
-
 def _texts(folder):
-    """Return the texts of a case: of calls by the call, of files by their path; new names."""
+    """Return the texts of a case: of calls by the call, of files by their path."""
     found = {}
     for path in sorted(folder.rglob("*.txt")):
         text = path.read_text("utf-8")
         if path.name.startswith("call_"):
             line, _, text = text.partition("\n")
-            found[new_call(line)] = text
+            found[line] = text
         else:
-            found[_new_name(str(path.relative_to(folder)))] = text
+            found[str(path.relative_to(folder))] = text
     return found
 
 
@@ -109,7 +67,7 @@ def _compared(key, a, b, numbers):
         return _unequal(_values(suffix, a), _values(suffix, b))
     if numbers:
         return _lines(a, b) if suffix in GEOMETRY else []
-    return _lines(_renamed(suffix, a), _renamed(suffix, b))
+    return _lines(a, b)
 
 
 def _compared_calls(a, b, numbers):
@@ -146,28 +104,10 @@ def _documents(text):
 
 
 def _parsed(suffix, text):
-    """Return the values of a file with new keys. Raises ValueError where it has none."""
+    """Return the values of a file. Raises ValueError where it has none."""
     if suffix == ".csv":
-        head, *rows = [*csv.reader(text.splitlines())] or [[]]
-        heads = [RENAMED_KEYS.get(name, name) for name in head]
-        return [dict(zip(heads, row, strict=False)) for row in rows]
-    return _new_keys([tomllib.loads(text)] if suffix == ".toml" else _documents(text))
-
-
-def _new_keys(value):
-    if isinstance(value, dict):
-        return {RENAMED_KEYS.get(k, k): _new_keys(v) for k, v in value.items()}
-    return [_new_keys(each) for each in value] if isinstance(value, list) else value
-
-
-def _renamed(suffix, text):
-    """Return a text with new keys, as it was if it holds no values."""
-    if suffix not in VALUES:
-        return text
-    try:
-        return json.dumps(_parsed(suffix, text), indent=1, sort_keys=True)
-    except ValueError:
-        return text
+        return [*csv.DictReader(text.splitlines())]
+    return [tomllib.loads(text)] if suffix == ".toml" else _documents(text)
 
 
 def _values(suffix, text):

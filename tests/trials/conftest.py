@@ -5,6 +5,7 @@ import pytest
 from fingerdesign import parse_design
 from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import ControlGrid, Tug
+from tests.support.fingers import COARSE
 
 DESIGN = """[design]
 name = "half-plane"
@@ -16,22 +17,6 @@ preload_mm = 0.03
 approach_step_mm = 0.01
 max_approach_mm = 0.25
 max_steps = 120
-"""
-COARSE = """
-[design]
-name = "coarse"
-[plates]
-count = 5
-length_mm = 1.0
-cover_mm = 1.2
-[gages]
-length_mm = 0.6
-[grip]
-defaults = "fixed"
-[mesh.section]
-contact_size_mm = 0.3
-plate_size_mm = 0.4
-plate_end_size_mm = 0.1
 """
 GRID = ControlGrid((0.4, 0.6), (150.0, 300.0), (0.0, 1.0), tug=Tug(stay_s=0.1), hold_s=0.05)
 

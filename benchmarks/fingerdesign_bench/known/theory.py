@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk, ellipkm1
+from scipy.special import ellipe, ellipkm1
 
 from fingerdesign.arrays import Array
 
@@ -45,9 +45,7 @@ def spence(poissons_ratio: float, friction_coefficient: float, plane: bool) -> P
                  int s q(s) J11 ds - beta / r int_0^r s p ds = 0          where it sticks,
 
     J00, J11: the integrals over k > 0 of J0(kr) J0(ks) and J1(kr) J1(ks); q = mu p where it slips.
-    The border c is where q is bounded. Leaving beta out of the first equation (Goodman's
-    approximation) gives :func:`spence_uncoupled`. Raises ValueError where no border lies in
-    0.02 to 0.9995.
+    The border c is where q is bounded. Raises ValueError where no border lies in 0.02 to 0.9995.
     """
     beta = (1.0 - 2.0 * poissons_ratio) / (2.0 * (1.0 - poissons_ratio))
 
@@ -59,24 +57,6 @@ def spence(poissons_ratio: float, friction_coefficient: float, plane: bool) -> P
     if plane:
         return Punch(stick, float(np.pi * pressure), float("nan"))
     return Punch(stick, float(2.0 * np.pi * pressure), float(0.25 / approach))
-
-
-def spence_uncoupled(poissons_ratio: float, friction_coefficient: float, plane: bool) -> float:
-    """c / a where shear is taken not to change the pressure.
-
-    Plane: K(k') / K(k) = beta / mu; round: ln((1 + k) / (1 - k)) / (2 k) = mu / beta K(k'), with
-    k = c / a, k'^2 = 1 - k^2.
-
-    >>> [round(spence_uncoupled(0.3, 0.3, plane), 3) for plane in (True, False)]
-    [0.744, 0.919]
-    """
-    ratio = 2.0 * friction_coefficient * (1.0 - poissons_ratio) / (1.0 - 2.0 * poissons_ratio)
-
-    def missing(k: float) -> float:
-        left = ellipk(k * k) if plane else np.log((1.0 + k) / (1.0 - k)) / (2.0 * k)
-        return float(left - ratio * ellipkm1(k * k))
-
-    return float(brentq(missing, 1e-9, 1.0 - 1e-12))
 
 
 def _punch(stick: float, friction: float, beta: float, plane: bool) -> tuple[float, float, float]:

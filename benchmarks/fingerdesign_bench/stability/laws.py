@@ -1,21 +1,15 @@
 """Cases of the stability map under laws of friction that depend on the pressure.
 
-    python -m fingerdesign_bench.stability.laws [every]
-
-Each ``every``-th case (89 by default: about a hundred) is solved by the production solver under
-three laws, made from its coefficient mu and from the body's mean pressure p when it is pressed
-without friction. There Coulomb's bound, tau0 alone and the power law are equal; the capped one may
-be larger by a fifth. Forces beyond friction are left out: they are beyond Coulomb's law alone.
+Each ``every``-th case is solved by the production solver under three laws, made from its
+coefficient mu and from the body's mean pressure p when it is pressed without friction. There
+Coulomb's bound, tau0 alone and the power law are equal; the capped one may be larger by a fifth.
+Forces beyond friction are left out: they are beyond Coulomb's law alone.
 """
 
 from __future__ import annotations
 
-import sys
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
-
-from threadpoolctl import threadpool_limits
 
 from fingerdesign.contact.increment import solve_increment
 from fingerdesign.contact.problem import ContactState, Motion, contact_problem
@@ -26,7 +20,6 @@ from fingerdesign_bench.stability.bodies import HardBody, hard_bodies
 from fingerdesign_bench.stability.cases import BEYOND, WITHIN, Case, cases_of
 from fingerdesign_bench.stability.run import CaseResult, run_production
 
-EVERY = 89
 _POWER = 1.0 / 3.0  # a sphere at constant shear strength; silicone on wood: 0.31
 
 
@@ -48,7 +41,7 @@ def mean_pressure(body: HardBody, model: ReducedModel, crest: float) -> float:
     return float(force.sum() / model.areas[force > 0.0].sum())
 
 
-def sampled(every: int = EVERY) -> Iterator[tuple[str, CaseResult]]:
+def sampled(every: int) -> Iterator[tuple[str, CaseResult]]:
     """Each ``every``-th result of all bodies' cases under the laws, with the law's name."""
     number = 0
     for body in hard_bodies():
@@ -66,20 +59,3 @@ def sampled(every: int = EVERY) -> Iterator[tuple[str, CaseResult]]:
 def _judged(case: Case) -> Case:
     """Whether a law carries the forces prescribed is not known: no answer may be the right one."""
     return replace(case, solvable=0) if case.family == WITHIN else case
-
-
-def main() -> None:
-    """Print the verdicts, and every case that is neither right nor rightly refused."""
-    every = int(sys.argv[1]) if len(sys.argv) > 1 else EVERY
-    with threadpool_limits(limits=1, user_api="blas"):
-        found = list(sampled(every))
-    for name, count in sorted(Counter((law, each.verdict.value) for law, each in found).items()):
-        print(f"{name[0]:15} {name[1]:20} {count}")
-    for law, each in found:
-        if each.verdict.rank > 2:
-            print(f"{law}; {each.body}; {each.family}; mu {each.friction:g}: {each.reason}")
-    print(f"{len(found)} cases; violation at most {max(e.violation for _, e in found):.1e}")
-
-
-if __name__ == "__main__":
-    main()

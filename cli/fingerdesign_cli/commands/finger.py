@@ -315,7 +315,6 @@ study_fidelity_option = fidelity_option(None, auto=True, unset="study.fidelity; 
 @command("studies.generate", "Write a study's variants as files.")
 @click.argument("study_file", metavar="STUDY", type=STUDY)
 @out_option()
-@click.option("--count", type=click.IntRange(min=1), help="Only the first COUNT variants.")
 @click.option(
     "--only",
     metavar="N",

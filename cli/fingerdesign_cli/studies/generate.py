@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -21,44 +20,31 @@ from fingerdesign.search.study.variants import (
     variant_of,
 )
 from fingerdesign_cli.inputs import GOES_ON, interrupted, naming_out
-from fingerdesign_cli.options import Options
 from fingerdesign_cli.studies.progress import line
 from fingerdesign_cli.terminal import as_json, print_table, progress, quiet
 
 _SHOWN = 20  # invalid variants, and kinds of reasons, that are shown one by one
 
 
-@dataclass(frozen=True)
-class Choice(Options):
-    """The variants to write: the first ``count``, those of some numbers, or all."""
-
-    count: int | None
-    only: tuple[int, ...]
-
-    @property
-    def whole(self) -> bool:
-        """True if all variants are chosen."""
-        return self.count is None and not self.only
-
-    def of(self, study: Study, base: Any) -> tuple[int, Iterator[Variant]]:
-        """Return the number of the chosen variants, and the variants."""
-        every = number_of_points(study)
-        absent = [number for number in self.only if number > every]
-        if absent:
-            raise click.UsageError(f"--only = {absent[0]}: must be at most {every}")
-        digits, requested = max(4, len(str(every))), set(self.only) or range(1, every + 1)
-        of = len(requested) if self.count is None else min(self.count, len(requested))
-        rows = (each for each in enumerate(points(study), start=1) if each[0] in requested)
-        return of, (
-            variant_of(study, base, number, values, digits) for number, values in islice(rows, of)
-        )
+def _chosen(study: Study, base: Any, only: tuple[int, ...]) -> tuple[int, Iterator[Variant]]:
+    """Return the number of the variants of some numbers, or of all, and these variants."""
+    every = number_of_points(study)
+    absent = [number for number in only if number > every]
+    if absent:
+        raise click.UsageError(f"--only = {absent[0]}: must be at most {every}")
+    digits, requested = max(4, len(str(every))), set(only) or range(1, every + 1)
+    return len(requested), (
+        variant_of(study, base, number, values, digits)
+        for number, values in enumerate(points(study), start=1)
+        if number in requested
+    )
 
 
 @interrupted(GOES_ON)
 def generate(
     study_file: Path,
     out: Path,
-    choice: Choice,
+    only: tuple[int, ...],
     cad: bool,
     workers: int | None,
 ) -> int:
@@ -68,14 +54,14 @@ def generate(
     target = out / study.name
     with naming_out(target, f"variants of {study.name}"):
         refuse_foreign(study, target)
-    of, chosen = choice.of(study, base)
+    of, chosen = _chosen(study, base, only)
     with progress(study.name, not as_json()) as show:
         found = write_variants(
             study,
             chosen,
             target,
             cad=cad,
-            whole=choice.whole,
+            whole=not only,
             workers=workers or usable_cores(),
             report=_Reported(show, of).report,
         )

@@ -39,7 +39,7 @@ class TrainingResult:
     """The estimator and its errors (root mean square) on held-out grips, by noise.
 
     judged_grips: the number of held-out grips; judged_fingers: the number of their fingers, 0 where
-    they are other grips of the training fingers. None: an estimator of an earlier version.
+    they are other grips of the training fingers.
     """
 
     estimator: GripEstimator
@@ -47,8 +47,8 @@ class TrainingResult:
     stick_errors: tuple[float, ...]
     friction_utilisation_errors: tuple[float, ...]
     samples: int
-    judged_grips: int | None = None
-    judged_fingers: int | None = None
+    judged_grips: int
+    judged_fingers: int
 
 
 def train_estimator(

@@ -253,9 +253,9 @@ def training_text(result: TrainingResult) -> str:
 def _read(text: str | None) -> TrainingResult | None:
     """Read a cached result; None where there is none, or one of another format."""
     try:
-        estimator, noises, stick, utilisation, samples, *counts = json.loads(text or "").values()
+        estimator, noises, stick, utilisation, *counts = json.loads(text or "").values()
         known = GripEstimator.from_json(json.dumps(estimator))
         errors = tuple(stick), tuple(utilisation)
-        return TrainingResult(known, tuple(noises), *errors, int(samples), *counts)
+        return TrainingResult(known, tuple(noises), *errors, *map(int, counts))
     except (ValueError, TypeError, AttributeError, EstimatorError):
         return None

@@ -1,4 +1,4 @@
-"""Evaluators for tests, named "sweep_evaluators:NAME": quick, and bad in every way.
+"""Evaluators for tests, named "evaluators:NAME": quick, by a formula, and bad in every way.
 
 The package is loaded (1.5 s) where an outcome is made: what dies, and what takes it from a file,
 needs it not.
@@ -12,13 +12,45 @@ from pathlib import Path
 
 def outcome_of(data, seconds=0.0):
     """A good outcome, the same whenever and wherever it is computed."""
-    from fingerdesign.records.outcome import Failure
-    from fingerdesign.search.run.evaluate import Job, failed
+    from fingerdesign.search.run.evaluate import Job
 
     job = Job.from_data(data)
-    metrics = {"plates": float(job.design.plates.count), "cost": 1.0}
+    return _good(job, {"plates": float(job.design.plates.count), "cost": 1.0}, seconds)
+
+
+def formula_of(job):
+    """A good outcome of two objectives at odds in the radius; long plates help both, steep ones
+    break a bound."""
+    body, plates = job.design.body, job.design.plates
+    radius, length = body.arc_radius_mm / 50.0, plates.length_mm
+    deep = 0.01 if job.fidelity == "3d" else 0.0
+    metrics = {
+        "stick_error": (radius - 1.4) ** 2 + 1.0 - 0.5 * length + deep,
+        "peak_force_N": 10.0 * (radius - 0.7) ** 2 + 10.0 - 5.0 * length + deep,
+        "grip_success": 1.0 if plates.angle_deg > 35.0 else 0.5,
+        "core_seconds": 0.0,
+    }
+    return _good(job, metrics)
+
+
+def _good(job, metrics, seconds=0.0):
+    from fingerdesign.records.outcome import Failure
+    from fingerdesign.search.run.evaluate import failed
+
     empty = failed(job, Failure("failed", ""))
     return replace(empty, status="ok", failure=None, metrics=metrics, seconds=seconds)
+
+
+def formula(data):
+    """After $EVALUATOR_SECONDS, in 3-D once there is a file $EVALUATOR_3D_AFTER; leaves its name in
+    the file $EVALUATED."""
+    from fingerdesign.search.run.evaluate import Job
+
+    time.sleep(float(os.environ["EVALUATOR_SECONDS"]))
+    while data["fidelity"] == "3d" and not os.path.exists(os.environ["EVALUATOR_3D_AFTER"]):
+        time.sleep(0.05)
+    _report(data)
+    return formula_of(Job.from_data(data)).to_json()
 
 
 def quick(data):
