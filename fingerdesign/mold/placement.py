@@ -8,9 +8,9 @@ counts. The whole row against the contact surface ("row" of the record): insert 
 placed by pins, to within their clearance and the process's tolerance.
 
 The finger is pressed and sheared with the plates in their places, in plane strain (the section
-z = 0); changes are the derivatives of its readings times the tolerances, to first order. They are
-relative to the largest reading of their row, and the three count together as the root of the sum of
-their squares.
+z = 0) or in 3-D; changes are the derivatives of its readings times the tolerances, to first order.
+They are relative to the largest reading of their row, and the three count together as the root of
+the sum of their squares.
 """
 
 import math
@@ -21,7 +21,7 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import follow_path, problem_at_touch
-from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
 from fingerdesign.arrays import Array
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
@@ -38,6 +38,7 @@ from fingerdesign.mold.plan.fixture.outer import bow
 from fingerdesign.mold.plan.limits import comb_tolerance
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
+from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.sensitivity.derive import Sensitivity, derivatives
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
 
@@ -56,7 +57,12 @@ _COARSER, _GRADATION = 2.0, 0.3
 Effect = dict[str, Any]
 
 
-def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None = None) -> Effect:
+def placement_effect(
+    design: Design,
+    plan: MoldPlan,
+    sizes: SectionMesh | None = None,
+    fidelity: str = "plane-strain",
+) -> Effect:
     """The effect of the fixture's tolerance on the gages, as plain values for the record.
 
     "reason": None, or a sentence why there are no numbers (and then nothing but it and the
@@ -66,13 +72,14 @@ def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None =
     the two ways alone). "together": the same of all three. "row": "tolerance_mm", "changes"
     and "together" of the row as a whole. "std": of readings of fingers as made, any place within
     its tolerance being as likely, a share, RMS over gages and rows. "gages": a row a plate, the
-    worst of its rows. sizes: of the section's mesh, instead of twice the design's.
+    worst of its rows. sizes: of the section's mesh, instead of twice the design's; fidelity:
+    "plane-strain" or "3d".
     """
     start = time.perf_counter()
-    frames, reason = section_plates(design)
+    frames, reason = section_plates(design) if fidelity != "3d" else plates_in_space(design)
     if reason is None:
         try:
-            found = _measured(design, plan, frames, sizes)
+            found = _measured(design, plan, frames, sizes, fidelity)
         except FingerDesignError as error:
             reason = f"the finger could not be analysed: {error}"
     if reason is not None:
@@ -95,6 +102,16 @@ def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
     if design.gages.grid == "double_axial" and len(shown) < len(frames):
         return (), "the section z = 0 does not cut both plates of every pair"
     return shown, None
+
+
+def plates_in_space(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
+    """All plates of a finger in 3-D, or why they are not moved there."""
+    frames = plate_frames(design)
+    if not frames:
+        return (), "the finger has no plates"
+    if any(frame.along == "z" for frame in frames):
+        return (), "plates in rows along z are not moved in 3-D"
+    return frames, None
 
 
 def tolerances(plan: MoldPlan, plate: int) -> tuple[float, float]:
@@ -151,10 +168,16 @@ def scene_for(design: Design) -> Scene:
 
 
 def _measured(
-    design: Design, plan: MoldPlan, frames: tuple[PlateFrame, ...], sizes: SectionMesh | None
+    design: Design,
+    plan: MoldPlan,
+    frames: tuple[PlateFrame, ...],
+    sizes: SectionMesh | None,
+    fidelity: str,
 ) -> Effect:
     design = differentiable(design)  # plates are cast whole, whatever the design's model
-    case = Case(design, scene_for(design), "plane-strain", grips=False, fields=False)
+    if fidelity == "3d":
+        design = meshed_for_grips(design, fidelity)
+    case = Case(design, scene_for(design), fidelity, grips=False, fields=False)
 
     def work(zone: Zone) -> Sensitivity:
         return place_slopes(case, frames, zone, sizes)
@@ -168,9 +191,12 @@ def place_slopes(
 ) -> Sensitivity:
     """Derivatives of the readings with the places of all ``frames``, axis by axis."""
     design, scene = case.design, case.path_scene
-    sizes = _coarser(design, zone) if sizes is None else sizes
-    mesh = mesh_section(design, zone.half_width, sizes, frames)
-    model = build_model(design, mesh, zone.half_width, frames=frames)
+    if case.fidelity == "3d":
+        model = condense(design, make_mesh(design, "3d", zone, case.symmetric), zone, scene)
+    else:
+        sizes = _coarser(design, zone) if sizes is None else sizes
+        mesh = mesh_section(design, zone.half_width, sizes, frames)
+        model = build_model(design, mesh, zone.half_width, frames=frames)
     problem = problem_at_touch(model.reduced, scene.object, design.body)
     names = tuple(f"placement[{k}].{axis}" for axis in PLACES for k in range(len(frames)))
     with one_thread():

@@ -127,6 +127,19 @@ def test_a_plate_that_is_off_alone_changes_no_more_than_is_reported(three, secti
         assert 0.3 * reported["gages"][1][name] < alone < 1.1 * reported["gages"][1][name]
 
 
+@pytest.mark.slow
+def test_the_effect_in_space_is_as_large(three, reported):
+    """Half a model in 3-D, with gages' leads: as large as in plane strain, within a factor of two
+    (free ends and leads)."""
+    leads = "[gages.leads]\ndiameter_mm = 0.02\n"
+    coarse = {"mesh.contact_size_mm": 1.2, "mesh.plate_size_mm": 0.8}
+    design = with_values(parse_design(THREE + leads), coarse)
+    found = placement_effect(design, plan_mold(design), fidelity="3d")
+    assert found["reason"] is None
+    assert found["fidelity"] == "3d"
+    assert 0.5 < found["together"]["rms"] / reported["together"]["rms"] < 2.0
+
+
 def test_bent_plates_are_moved_as_they_are():
     bent = THREE.replace("[plates]\n", '[plates]\nfollow = "bent"\nangle_deg = 0.0\n')
     design = parse_design(bent)
