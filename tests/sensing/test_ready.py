@@ -1,5 +1,7 @@
 """The estimator that ships with a design: for its finger and stage, and for no other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from fingerdesign_cli.inputs import estimator_for
@@ -7,6 +9,7 @@ from fingerdesign_cli.inputs import estimator_for
 from fingerdesign.analysis.case import Case
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
+from fingerdesign.control.former_estimator import OLDEST, PRESENT
 from fingerdesign.design.shipped import ESTIMATOR_SUFFIX, estimator_texts, shipped_path
 from fingerdesign.errors import DesignError
 from fingerdesign.sensing.train import ready
@@ -49,6 +52,14 @@ def test_each_shipped_estimator_is_its_designs_and_small():
         fidelity = "plane-strain" if name == gripbench.DESIGN else "3d"
         assert estimator_faults(design, found, fidelity) == []
         assert ready.unused_estimator(design) is None
+
+
+def test_a_file_of_a_former_format_is_of_its_design_still(film_tees):
+    found = ready.shipped_estimator(film_tees)
+    for number in range(OLDEST, PRESENT):
+        former = replace(found, design=finger_key(film_tees, "3d", number))
+        assert estimator_faults(film_tees, former, "3d") == []
+        assert estimator_faults(film_tees, former, "plane-strain") != []
 
 
 def test_the_command_line_reports_it_where_a_hand_would_use_it(film_tees, capsys):

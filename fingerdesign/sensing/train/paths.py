@@ -15,6 +15,7 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import FingerCurves, Moment
 from fingerdesign.control.plants.plant import CondensedPlant, Truth
+from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
@@ -46,7 +47,7 @@ class Settings:
     bounds: Bounds
     grips: int = 3000
     replicates: int = 2
-    force_noise: float = 0.005
+    force_noise: float = FORCE_NOISE_N
     seed: int = 0
     fingers: int = 1
 

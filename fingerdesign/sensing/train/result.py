@@ -19,8 +19,10 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
-from fingerdesign.control.estimator import FORMAT, EstimatorError, GripEstimator
+from fingerdesign.control.estimator import EstimatorError, GripEstimator
+from fingerdesign.control.former_estimator import NAME, OLDEST, PRESENT
 from fingerdesign.design.digest import content_digest
+from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mesh.make import mesher_name
@@ -100,6 +102,7 @@ def settings_of(design: Design) -> Settings:
         bounds=Bounds.of(grip),
         grips=own.training_grips,
         replicates=1 if own.training_fingers > 1 else 2,
+        force_noise=grip.hardware.force_noise_N or FORCE_NOISE_N,
         seed=grip.seed,
         fingers=own.training_fingers,
     )
@@ -188,16 +191,17 @@ def training_key(design: Design, settings: Settings, fidelity: str = "plane-stra
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def finger_key(design: Design, fidelity: str = "plane-strain") -> str:
+def finger_key(design: Design, fidelity: str = "plane-strain", number: int = PRESENT) -> str:
     """SHA-256 of the finger that an estimator is for, its stage's travel and its model; without
-    names, controllers and what the paper's rule makes of the gages."""
+    names, controllers and what the paper's rule makes of the gages. number: of the file's format.
+    """
     grip, solid = design.grip, fidelity == "3d"
     gages = design.gages.model_copy(update={"area_share": _ANY_SHARE})
     meshed = meshed_for_grips(design, fidelity)
     if solid:
         meshed = with_values(meshed, {"mesh.mesher": mesher_name(meshed)})
     content = [
-        FORMAT,
+        f"{NAME}{number}",
         content_digest(design.body),
         content_digest(design.plates),
         content_digest(gages),
@@ -223,15 +227,20 @@ def estimator_faults(
     if gages != target:
         value = f"one for {gages} gages"
         return [Fault("--estimator", value, f"one for the design's {target} gages", remedy)]
-    keys = [finger_key(design, each) for each in FIDELITIES]
-    known = dict(zip(keys, FIDELITIES, strict=True))
+    known = {
+        finger_key(design, each, number): each
+        for each in FIDELITIES
+        for number in range(OLDEST, PRESENT + 1)  # A file of a former format keeps its key.
+    }
     own = known.get(estimator.design)
     if own is not None and fidelity in FIDELITIES and own != fidelity:
         remedy = f"fingerdesign train DESIGN --fidelity {fidelity}"
         return [Fault("--estimator", f"trained in {own}", f"one trained in {fidelity}", remedy)]
     if own is None:
         value = f"one trained on {estimator.design[:12]}"
-        bound = f"one trained on this design ({keys[0][:12]}: its finger, gages and stage)"
+        bound = (
+            f"one trained on this design ({finger_key(design)[:12]}: its finger, gages and stage)"
+        )
         return [Fault("--estimator", value, bound, remedy)]
     return []
 
