@@ -145,6 +145,11 @@ def fails_purpose(outcome: Outcome, bounded: Collection[str] = ()) -> dict[str, 
     return found
 
 
+def passes(outcome: Outcome) -> bool:
+    """True if every verdict that was judged passes."""
+    return outcome.metrics.get("failed_verdicts") == 0.0
+
+
 def why_not(
     outcome: Outcome, objectives: Iterable[Objective], constraints: Sequence[Bound]
 ) -> tuple[str, ...]:
@@ -228,8 +233,9 @@ class Recommendation:
     """The recommendation; numbers are indices of the given outcomes.
 
     feasible: meet the constraints and have every objective. group: those that were compared, of one
-    scene and fidelity; front: those of the group that none of it dominates; chosen: None where the
-    front is empty; best: by objective the front's best, the nearest to ``chosen``'s kind first.
+    scene and fidelity, and only those that pass all verdicts where any does; front: those of the
+    group that none of it dominates; chosen: None where the front is empty; best: by objective the
+    front's best, the nearest to ``chosen``'s kind first.
     alike: others of the front, as near as ``chosen``; same: others of the group from which nothing
     shows it to differ, in any objective. runner_up: the next of the front, or of the
     group where the front has one alone. scene, fidelity: the group's.
@@ -260,6 +266,7 @@ def recommend(
         return Recommendation(feasible)
     kind = _group(outcomes, feasible)
     group = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
+    group = tuple(k for k in group if passes(outcomes[k])) or group
     values, unsure = _losses(outcomes, group, objectives)
     free = ~dominated(values, unsure)
     front = _others(group, free)

@@ -21,6 +21,7 @@ from fingerdesign.search.compare.recommend import (
     StudyFacts,
     differs,
     fails_purpose,
+    passes,
     uncertainty,
 )
 from fingerdesign.search.compare.table import NONE, name_and_unit
@@ -77,7 +78,8 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     warnings = [shown(warning) for warning in chosen.warnings]
     errors = believed.plane_strain_error, believed.mesh_error, LARGE_ERROR
     front = f"{of['front']} of {of['group']} on the front"
-    tiles = [Verdict("pass", "recommended", name, count=front)]
+    status: Status = "fail" if of["fails"] else "pass"
+    tiles = [Verdict(status, "recommended", name, count=front)]
     if facts.constraints:
         met = f"{of['meeting']} of {of['all'] - of['failed']} designs"
         tiles.append(Verdict("note", "meet the constraints", ", ".join(of["bounds"]), count=met))
@@ -108,7 +110,12 @@ def _counted(
 ) -> dict[str, Any]:
     """Count the designs that failed, meet the constraints, or lack a value."""
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
+    failing = {shown(o.name): o.metrics.get("failed_verdicts") or 0.0 for o in good}
+    chosen = None if found.chosen is None else outcomes[found.chosen]
     return _missed(good, facts) | {
+        "failing": [name for name, count in failing.items() if count],
+        "passing": any(map(passes, good)),
+        "fails": 0.0 if chosen is None else failing[shown(chosen.name)],
         "all": len(outcomes),
         "failed": len(outcomes) - len(good),
         "bounds": [shown(each.words) for each in facts.constraints],
