@@ -23,6 +23,14 @@ def test_new_then_check(name, terminal):
     assert Path("sub/design.schema.json").is_file()
 
 
+def test_new_names_the_folder_and_the_schema_that_it_writes(terminal):
+    (first, _) = terminal("new", "sub/a.toml").out.splitlines()
+    assert "design.schema.json" in first
+    assert "new folder sub" in first
+    (second, _) = terminal("new", "sub/b.toml").out.splitlines()
+    assert second == "sub/b.toml written"
+
+
 def test_new_scene_then_check(terminal):
     terminal("new", "mine.toml", "--scene")
     terminal("check", "narrow", "--scene", "mine.toml")
