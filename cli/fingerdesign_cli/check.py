@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign.cad.step_rules import check_mirror
+from fingerdesign.checks.foil import gage_keys
 from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.io import Judged
 from fingerdesign.design.scene import Scene
@@ -184,7 +185,9 @@ def _notes(design: Design) -> list[str]:
     disagreement = disagreement_of(rubber, design.material_of("body").youngs_modulus_MPa)
     found += [disagreement] if disagreement else []
     fit = gage_fit(design)
-    about_gages = (gage_words(design, fit), stiffness_words(design, fit))
+    keys = gage_keys(design, fit) if fit is not None and fit.found is None else {}
+    mends = ", ".join(f"{key} = {value:g}" for key, value in keys.items())
+    about_gages = (gage_words(design, fit, mends), stiffness_words(design, fit))
     found += [*filter(None, about_gages), *sheet_words(design)]
     return found + [
         f"sound in three dimensions only: {fault.key} = {fault.value} must be {fault.bound}"

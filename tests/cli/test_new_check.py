@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,9 @@ from pathlib import Path
 import click
 import pytest
 
+from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.studio.document import with_keys
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,6 +32,18 @@ def test_new_names_the_folder_and_the_schema_that_it_writes(terminal):
     assert "new folder sub" in first
     (second, _) = terminal("new", "sub/b.toml").out.splitlines()
     assert second == "sub/b.toml written"
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "fine_tees"])
+def test_keys_for_a_gage_that_is_sold_can_be_pasted_and_pass(name, terminal):
+    (report,) = json.loads(terminal("check", name, "--json").out)
+    (note,) = [each for each in report["notes"] if "that is sold fits" in each]
+    pairs = dict(re.findall(r"((?:plates|gages)\.\w+_mm) = ([\d.]*\d)", note))
+    assert {"plates.length_mm", "plates.cover_mm", "gages.length_mm"} <= set(pairs)
+    text = with_keys(shipped_text(name), {key: float(value) for key, value in pairs.items()})
+    Path("mine.toml").write_text(text, "utf-8")
+    (report,) = json.loads(terminal("check", "mine.toml", "--json").out)
+    assert not [each for each in report["notes"] if "that is sold fits" in each]
 
 
 def test_new_scene_then_check(terminal):
