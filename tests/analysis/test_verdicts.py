@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from fingerdesign_cli.terminal import LINES, WIDTH, say_block
+from fingerdesign_cli.terminal import LINES, WIDTH, print_table, say_block, shortened
 
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.records.result import GageRemedy, Measurability, MeasuredState
@@ -131,6 +131,22 @@ def test_a_fix_names_a_thickness_that_is_sold(result):
     (fix, *_) = [each for each in verdict_view(found).fixes if "thickness" in each.change]
     assert fix.change == "plates.thickness_mm = 0.05"
     assert fix.brings == "signal x 2; x 10 needed"
+
+
+def test_no_word_is_cut_in_lines_and_tables(capsys):
+    for length in range(60, 90):
+        line = "a " * (length // 2) + "gripping hand"
+        shown = shortened(line)
+        assert len(shown) <= WIDTH
+        assert (
+            shown.removesuffix(" ...").split()
+            == line.split()[: len(shown.split()) - ("..." in shown)]
+        )
+    assert len(shortened("/" * 200)) == WIDTH
+    print_table("", ["hand", "of"], [["gripping hands " * 8, "x"]], 60)
+    shown = capsys.readouterr().out
+    assert "…" not in shown
+    assert shown.count("gripping") == 8
 
 
 def test_the_block_fits_its_lines_and_width(result, tmp_path, capsys):
