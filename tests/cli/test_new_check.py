@@ -115,6 +115,17 @@ def test_check_judges_the_scene_with_faults_of_its_own_and_of_the_design(rows, k
     assert [line.split(" = ")[0] for line in err.splitlines()] == keys
 
 
+def test_tables_have_legends_with_units(terminal):
+    shown = terminal("check", "film_tees").out
+    for words in ("to the contact surface", "GB: memory", "tangential force of one finger"):
+        assert words in shown
+    assert max(map(len, shown.splitlines())) <= 80
+    shown = terminal("list", "gages").out
+    assert "Et N/mm" in shown
+    for column in ("with tabs:", "factor:", "order:", "weeks:", "price of a piece:"):
+        assert column in shown
+
+
 def test_check_as_json(terminal):
     Path("bad.toml").write_text('design.name = "a"\nplates.count = 501')
     terminal("new", "good.toml", "-q")
