@@ -162,7 +162,7 @@ def _show(found: Comparison, best: Recommendation, page: Path) -> None:
     click.echo(head.counts)
     say_recommended(head)
     if head.table is not None:
-        print_table(head.table.caption, head.table.columns, head.table.rows)
+        print_table(head.table.caption, head.table.columns, head.table.rows, WIDTH)
     for sentence in head.given_up:
         click.echo(f"  better elsewhere: {sentence}")
     for sentence in head.warnings:
