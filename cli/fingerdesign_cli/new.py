@@ -108,10 +108,8 @@ def new(file: Path, source: str | None, form: Kind, wish: Wish, force: bool) -> 
     file.parent.mkdir(parents=True, exist_ok=True)
     text = _text(name, source, form) if entry is None else _entry_text(entry, name, wish.process)
     write_whole(file, text)
-    schema = file.parent / f"{form.word}.schema.json"
-    if not form.study and (force or not schema.exists()):
-        write_whole(schema, schema_text(form.word))
-        made = f" with {schema.name}, by which editors explain keys{made and ','}{made}"
+    if not form.study:
+        made = _schema(file.parent / f"{form.word}.schema.json", form.word, force, made)
     if entry is not None and request is not None:
         return _say(entry, request, file, made)
     if not quiet():
@@ -119,6 +117,14 @@ def new(file: Path, source: str | None, form: Kind, wish: Wish, force: bool) -> 
         click.echo(f"{file} written{made}")
         click.echo(f"next: fingerdesign check {design}{shlex.quote(str(file))}")
     return 0
+
+
+def _schema(schema: Path, word: str, force: bool, made: str) -> str:
+    """Write the schema where there is none; ``made``, what else was made, with it."""
+    if schema.exists() and not force:
+        return made
+    write_whole(schema, schema_text(word))
+    return f" with {schema.name}, by which editors explain keys{made and ','}{made}"
 
 
 def _refuse(file: Path, force: bool) -> None:

@@ -372,16 +372,8 @@ def _gage_fixes(found: Measurability, material: str) -> Iterator[Fix]:
     """Materials of the library or thinner plates that are enough; else each with what it gains,
     and a quieter amplifier."""
     needed = found.smallest_stick_change / found.wanted_stick_change
-    gains: dict[str, float] = {}
-    for remedy in found.remedies:
-        if remedy.key.startswith("materials"):
-            name, gain = _plate_material(remedy, needed)
-            change = f'plates.material = "{name}"' if name else ""
-        else:
-            sheet, gain = _sheet(remedy, needed, sheets_of(material))
-            change = f"{remedy.key} = {sheet:g}" if sheet else ""
-        if change and gain >= _LEAST_GAIN:
-            gains[change] = gain
+    changes = dict(_plate_change(each, needed, material) for each in found.remedies)
+    gains = {key: gain for key, gain in changes.items() if key and gain >= _LEAST_GAIN}
     # A change that is not enough is left out next to one that is: it may cost another verdict.
     enough = {change: gain for change, gain in gains.items() if gain >= needed}
     for change, gain in (enough or gains).items():
@@ -391,6 +383,15 @@ def _gage_fixes(found: Measurability, material: str) -> Iterator[Fix]:
         quiet = two_digits(found.noise_microstrain / needed)
         change = f"grip.hardware.gage_noise_microstrain = {quiet}"
         yield Fix(change, _passes("gage signal"), "quieter amplifier")
+
+
+def _plate_change(remedy: GageRemedy, needed: float, material: str) -> tuple[str, float]:
+    """A key of the plates with its value, and what it gains; "" where none helps."""
+    if remedy.key.startswith("materials"):
+        name, gain = _plate_material(remedy, needed)
+        return (f'plates.material = "{name}"' if name else ""), gain
+    sheet, gain = _sheet(remedy, needed, sheets_of(material))
+    return (f"{remedy.key} = {sheet:g}" if sheet else ""), gain
 
 
 def _gains(remedy: GageRemedy, values: Mapping[_Key, float]) -> dict[_Key, float]:

@@ -264,9 +264,7 @@ def recommend(
     )
     if not feasible or not objectives:
         return Recommendation(feasible)
-    kind = _group(outcomes, feasible)
-    group = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
-    group = tuple(k for k in group if passes(outcomes[k])) or group
+    kind, group = _group(outcomes, feasible)
     values, unsure = _losses(outcomes, group, objectives)
     free = ~dominated(values, unsure)
     front = _others(group, free)
@@ -343,12 +341,17 @@ def dominated(values: Array, unsure: Array | None = None) -> BoolArray:
     return found
 
 
-def _group(outcomes: Sequence[Outcome], feasible: Sequence[int]) -> tuple[str, str]:
-    """Scene and fidelity to compare in: of 3-D where it has a choice, else the most frequent."""
+def _group(
+    outcomes: Sequence[Outcome], feasible: Sequence[int]
+) -> tuple[tuple[str, str], tuple[int, ...]]:
+    """Scene and fidelity to compare in, of 3-D where it has a choice, else the most frequent; and
+    what is compared: those of it that pass all verdicts, where any does."""
     count = Counter((outcomes[number].scene, outcomes[number].fidelity) for number in feasible)
     deep = {key: many for key, many in count.items() if key[1] == "3d" and many >= LEAST_DEEP}
     among = deep or count
-    return max(among, key=lambda key: among[key])
+    kind = max(among, key=lambda key: among[key])
+    group = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
+    return kind, tuple(k for k in group if passes(outcomes[k])) or group
 
 
 def _scaled(values: Array, unsure: Array) -> Array:

@@ -110,12 +110,11 @@ def _counted(
 ) -> dict[str, Any]:
     """Count the designs that failed, meet the constraints, or lack a value."""
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
-    failing = {shown(o.name): o.metrics.get("failed_verdicts") or 0.0 for o in good}
-    chosen = None if found.chosen is None else outcomes[found.chosen]
+    chosen = [] if found.chosen is None else [outcomes[found.chosen]]
     return _missed(good, facts) | {
-        "failing": [name for name, count in failing.items() if count],
+        "failing": [shown(outcome.name) for outcome in good if _failed(outcome)],
         "passing": any(map(passes, good)),
-        "fails": 0.0 if chosen is None else failing[shown(chosen.name)],
+        "fails": sum(map(_failed, chosen)),
         "all": len(outcomes),
         "failed": len(outcomes) - len(good),
         "bounds": [shown(each.words) for each in facts.constraints],
@@ -129,6 +128,11 @@ def _counted(
         "alike": [shown(outcomes[number].name) for number in found.alike],
         "same": [shown(outcomes[number].name) for number in found.same],
     }
+
+
+def _failed(outcome: Outcome) -> float:
+    """The number of verdicts that the outcome fails; 0 where it is not known."""
+    return outcome.metrics.get("failed_verdicts") or 0.0
 
 
 def _missed(good: Sequence[Outcome], facts: StudyFacts) -> dict[str, Any]:
