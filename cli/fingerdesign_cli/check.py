@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign.cad.step_rules import check_mirror
+from fingerdesign.checks.foil import gage_keys
 from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.io import Judged
 from fingerdesign.design.scene import Scene
@@ -184,7 +185,9 @@ def _notes(design: Design) -> list[str]:
     disagreement = disagreement_of(rubber, design.material_of("body").youngs_modulus_MPa)
     found += [disagreement] if disagreement else []
     fit = gage_fit(design)
-    about_gages = (gage_words(design, fit), stiffness_words(design, fit))
+    keys = gage_keys(design, fit) if fit is not None and fit.found is None else {}
+    mends = ", ".join(f"{key} = {value:g}" for key, value in keys.items())
+    about_gages = (gage_words(design, fit, mends), stiffness_words(design, fit))
     found += [*filter(None, about_gages), *sheet_words(design)]
     return found + [
         f"sound in three dimensions only: {fault.key} = {fault.value} must be {fault.bound}"
@@ -244,6 +247,8 @@ def _show(summaries: list[Summary], scene: str) -> None:
     ]
     headings = ["design, body, plates", "surface", "gap", "side", "base", "volume, mm³"]
     print_table("Distances of the plates, mm", headings, rows)
+    say_marked("", "least distance of a plate to the contact surface, to another plate, to the")
+    say_marked("", "finger's side and to its base")
     if details():
         path = f"the scene {scene}" if scene else "the fundamental path"
         for item in summaries:
@@ -273,9 +278,10 @@ def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:
     ]
     if not rows:
         return
-    headings = ["design", "fidelity", "elements", "dofs", "contact", "GB", "s"]
+    headings = ["design", "fidelity", "elements", "equations", "contact", "GB", "s"]
     case = f"--scene {scene}" if scene else "the fundamental case and the grips"
     print_table("Cost of analyse (forecast)", headings, rows)
+    say_marked("", "contact: nodes that may touch; GB: memory; s: time on this machine")
     if details():
         say_marked("", f"{case}, on {costs[0][1].machine_words}")
 
@@ -297,9 +303,10 @@ def _show_lifts(held: list[tuple[str, Lift]]) -> None:
         ]
         for name, each in held
     ]
-    headings = ["design", "g", "friction", "F_n N", "F_t N", "approach, mm"]
+    headings = ["design", "mass, g", "friction", "F_n N", "F_t N", "approach, mm"]
     headings += [*(["half-width", "nodes 2-D / 3-D"] if details() else []), "gage signal"]
     print_table("Lift with a margin of 1.5 (forecast)", headings, rows)
+    say_marked("", "F_n, F_t: normal and tangential force of one finger; approach: its depth")
     say_marked("", "gage signal: the verdict of that name; open: too near its target to forecast")
     say_marked("", "slip sensing is not forecast: analyse judges it")
 

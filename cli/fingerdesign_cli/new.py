@@ -95,7 +95,7 @@ class Kind(Options):
             raise click.UsageError(words)
 
 
-def new(file: Path, source: str | None, form: Kind, wish: Wish, force: bool) -> None:
+def new(file: Path, source: str | None, form: Kind, wish: Wish, force: bool) -> int:
     """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
     form.refuse(source, wish)
     entry, request = None, None
@@ -104,17 +104,27 @@ def new(file: Path, source: str | None, form: Kind, wish: Wish, force: bool) -> 
         entry = nearest(request)
     _refuse(file, force)
     name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
+    made = "" if file.parent.exists() else f" in the new folder {file.parent}"
     file.parent.mkdir(parents=True, exist_ok=True)
     text = _text(name, source, form) if entry is None else _entry_text(entry, name, wish.process)
     write_whole(file, text)
-    schema = file.parent / f"{form.word}.schema.json"
-    if not form.study and (force or not schema.exists()):
-        write_whole(schema, schema_text(form.word))
+    if not form.study:
+        made = _schema(file.parent / f"{form.word}.schema.json", form.word, force, made)
     if entry is not None and request is not None:
-        _say(entry, request, file)
-    elif not quiet():
+        return _say(entry, request, file, made)
+    if not quiet():
         design = "DESIGN --scene " if form.scene else ""
-        click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
+        click.echo(f"{file} written{made}")
+        click.echo(f"next: fingerdesign check {design}{shlex.quote(str(file))}")
+    return 0
+
+
+def _schema(schema: Path, word: str, force: bool, made: str) -> str:
+    """Write the schema where there is none; ``made``, what else was made, with it."""
+    if schema.exists() and not force:
+        return made
+    write_whole(schema, schema_text(word))
+    return f" with {schema.name}, by which editors explain keys{made and ','}{made}"
 
 
 def _refuse(file: Path, force: bool) -> None:
@@ -142,26 +152,30 @@ def _entry_text(entry: Entry, name: str, process: str | None) -> str:
     return "\n".join([first, found, *head, text[text.index("#:schema") :]])
 
 
-def _say(entry: Entry, request: Request, file: Path) -> None:
-    """Print which entry was taken, its verdicts, and what it does not meet."""
+def _say(entry: Entry, request: Request, file: Path, made: str) -> int:
+    """Print what the entry does not meet, which it is, and its verdicts; 1 where it lacks any."""
     missing = list(unmet(entry, request))
+    code = 1 if missing else 0
     if as_json():
         plain = TypeAdapter(Entry).dump_python(entry, mode="json")
         print_json({"file": str(file), "entry": plain, "unmet": missing})
-        return
+        return code
+    for sentence in missing:
+        click.echo(f"{SIGNS['fail']} not met: {sentence}", err=True)
     if quiet():
-        return
-    click.echo(f"{file} written: {entry.name} of the atlas {entry.words}")
+        return code
+    nearest_one = ", the nearest verified finger," if missing else ""
+    click.echo(f"{file} written{made}")
+    click.echo(f"{entry.name} of the atlas{nearest_one} {entry.words}")
     for each in entry.verdicts:
         say_marked(each.sign, f"{each.name}: {each.number}; {each.target}")
     for process, mold in entry.molds.items():
         if request.process in (None, process):
             say_marked(SIGNS["pass" if mold.ready else "note"], f"{process}: {mold.words}")
-    for sentence in missing:
-        say_marked(SIGNS["fail"], f"not met: {sentence}")
-    if missing:
+    if request.masses_g and missing:
         say(f"to search for it: edit {MASS}, then fingerdesign optimise {shlex.quote(str(file))}")
     click.echo(f"next: fingerdesign check {shlex.quote(str(file))}")
+    return code
 
 
 def _text(name: str, source: str | None, form: Kind) -> str:

@@ -16,9 +16,18 @@ from fingerdesign.search.passing.atlas import atlas
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli.options import SHELVES
-from fingerdesign_cli.terminal import WIDTH, as_json, print_json, print_table
+from fingerdesign_cli.terminal import WIDTH, as_json, print_json, print_table, say_marked
 
 _Row = dict[str, Any]
+# Below the table of a topic: its columns in words.
+_LEGENDS = {
+    "gages": "grid: what reads the strain; with tabs: all that lies on the plate; factor: relative "
+    "change of resistance per strain; microstrain per uV/V: strain that changes the bridge's "
+    "signal by 1 uV per volt of supply; Et: modulus times thickness, by which it stiffens the "
+    "plate; order: least pieces; weeks: to delivery; price of a piece: low (below 20 EUR), middle "
+    "(to 50), high",
+    "atlas": "g: mass that is lifted; sla, fdm, machined: checks passed of the mold so made",
+}
 # By name: what it shows in words, and its entries; in the order of their functions.
 _SHELVES: dict[str, tuple[str, Callable[[], Iterator[_Row]]]] = {}
 
@@ -165,9 +174,11 @@ def list_(what: tuple[str, ...]) -> None:
         print_json(found)
         return
     for name, entries in found.items():
-        headings = [key.removesuffix("_MPa").replace("_", " ") for key in entries[0]]
+        units = [key.removesuffix("_MPa").replace("uV_V", "uV/V") for key in entries[0]]
+        headings = [key.replace("_per_mm", "/mm").replace("_", " ") for key in units]
         cells = [[_cell(value) for value in entry.values()] for entry in entries]
         print_table(name, headings, cells, WIDTH)
+        say_marked("", _LEGENDS.get(name, ""))
 
 
 def _cell(value: Any) -> str:

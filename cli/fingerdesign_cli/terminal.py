@@ -247,9 +247,12 @@ def _fix_lines(fixes: Sequence[Fix]) -> list[str]:
 
 
 def shortened(line: str) -> str:
-    """The line, ended with three points where it is longer than a terminal is wide."""
+    """The line, ended with three points after a whole word where a terminal is less wide."""
     line = " ".join(line.splitlines())
-    return line if len(line) <= WIDTH else f"{line[: WIDTH - 4].rstrip()} ..."
+    if len(line) <= WIDTH:
+        return line
+    words = line[: WIDTH - 3].rpartition(" ")[0]
+    return f"{words if len(words) > WIDTH // 2 else line[: WIDTH - 4]} ..."
 
 
 def opens() -> bool:
@@ -346,7 +349,7 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]], words: bool) 
     for index, heading in enumerate(headings):
         left = index == 0 or (words and any(" " in row[index] for row in rows))
         table.add_column(Text(printable(heading)), justify="left" if left else "right")
-        table.columns[-1].overflow = "fold" if words else "ellipsis"
+        table.columns[-1].overflow = "fold"
         table.columns[-1].width = widths[index] if widths else None
     for row in rows:
         table.add_row(*(Text(printable(cell)) for cell in row))

@@ -124,7 +124,8 @@ class Analysed(Result):
     def _increment(self, number: int) -> int:
         count = len(self.increments)
         if not -count <= number < count:
-            bound = f"{-count} to {count - 1}" if count else "nothing: there are no increments"
+            bound = f"{-count} to {count - 1}, an index (pages count from 1)"
+            bound = bound if count else "nothing: there are no increments"
             raise ResultError(f"increment = {number} must be {bound}")
         return number % count
 

@@ -165,7 +165,8 @@ def _grip_force(good: Sequence[GripResult]) -> Verdict:
     elif margins and min(margins) < HUMAN_MARGIN[0]:
         thinnest = min(good, key=lambda each: each.safety_margin or math.inf)
         status, count = "warning", f"thin margin{_of_range(good, thinnest)}"
-    found = f"{_span([*margins, *forces], '.1f')} x least force"
+    margin = f"margin {min(margins):.1f}, " if margins else ""
+    found = f"{margin}peak {max(forces):.1f} x least"
     return Verdict(status, "grip force", found, f"target {HUMAN_MARGIN[0]:g}–{MOST_FORCE:g}", count)
 
 
@@ -247,19 +248,20 @@ def _lift_fixes(result: Result) -> Iterator[Fix]:
     if slow:  # Both forces still rise: the time is short, not the controller wrong.
         late = max(slow, key=_steps_needed)
         at = f"lifts at μ {late.friction_coefficient:g}"
-        yield Fix(f"grip.max_steps = {_steps_needed(late)}", at, "forces that rise on")
+        rising = max(each.peak_ratio / _pulled(each) for each in slow)
+        brings = at + _price(rising >= MOST_FORCE)
+        yield Fix(f"grip.max_steps = {_steps_needed(late)}", brings, "forces that rise on")
     if other := [each for each in failing if each not in slow]:
         yield from _hold_fixes(result, other)
 
 
 def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
-    """A firm hold by one force, as deep as it needs, with its price; or less mass."""
-    needed, grip = max(((_firm_hold(each), each) for each in failing), key=lambda pair: pair[0])
-    brings = f"lifts at μ {grip.friction_coefficient:g}"
-    gentlest = min(result.grips, key=lambda each: each.least_force_N)
+    """A firm hold by one force, as deep as it needs; or less mass; each with its price."""
+    needed, gentlest = _one_force(result.grips)
     crushes = needed >= MOST_FORCE * gentlest.least_force_N
-    but = f", crushes at μ {gentlest.friction_coefficient:g}" if crushes else ""
-    yield Fix('grip.controller = "fixed_force"', brings + but, "Coulomb")
+    at = f" at μ {gentlest.friction_coefficient:g}" if crushes else ""
+    brings = _passes("lifts") + _price(crushes) + at
+    yield Fix('grip.controller = "fixed_force"', brings, "Coulomb")
     yield Fix(f"grip.fixed_force.force_N = {needed:.3g}", "with the line above")
     travel, deep = (
         result.parameters.get("grip.max_approach_mm"),
@@ -267,21 +269,64 @@ def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     )
     if deep and isinstance(travel, int | float) and 1.2 * deep > travel:
         yield Fix(f"grip.max_approach_mm = {1.2 * deep:.2g}", "with the line above")
-    light = grip.object_mass_g * grip.peak_normal_force_N / needed  # The force reached holds it.
-    lighter = light < grip.object_mass_g and not crushes  # so much less mass is crushed as well
+    slips = max(failing, key=lambda each: each.least_force_N)
+    held = slips.peak_normal_force_N / (HUMAN_MARGIN[1] * slips.least_force_N)
+    light = slips.object_mass_g * held  # The force reached holds it.
+    lighter = held < 1.0 and _too_light(result, light) <= _too_light(result)
     if lighter and (change := _masses(result.grips, heaviest=light)):
-        yield Fix(change, brings, "Coulomb")
+        yield Fix(change, f"lifts at μ {slips.friction_coefficient:g}", "Coulomb")
+
+
+def _one_force(grips: Sequence[GripResult]) -> tuple[float, GripResult]:
+    """The force, N, that holds every object by friction alone, and the grip it squeezes most.
+
+    It has the most margin that people keep, or less where that would crush an object and the least
+    margin does not. A twentieth is left to both ends, since a hand meets its target so well.
+    """
+    gentlest = min(grips, key=lambda each: each.least_force_N)
+    most = max(each.least_force_N for each in grips)
+    bears, least = MOST_FORCE * gentlest.least_force_N / 1.05, 1.05 * HUMAN_MARGIN[0] * most
+    needed = HUMAN_MARGIN[1] * most
+    return (min(needed, bears) if bears >= least else needed), gentlest
+
+
+def _too_light(result: Result, heaviest: float = math.inf) -> set[str]:
+    """Verdicts that fail with objects of at most so many g, at the forces as they are.
+
+    A light object bears less force, and its shear moves the gages less.
+    """
+    found = set()
+
+    def grows(mass_g: float) -> float:
+        return max(mass_g / heaviest, 1.0)
+
+    if any(each.peak_ratio * grows(each.object_mass_g) >= MOST_FORCE for each in result.grips):
+        found.add("grip force")
+    seen = result.measurability
+    states = [(e.smallest_stick_change, e.object_mass_g) for e in seen.states] if seen else []
+    if seen and any(least * grows(m) > seen.wanted_stick_change for least, m in states):
+        found.add("gage signal")
+    return found
+
+
+def _price(crushes: bool) -> str:
+    """The verdict that a fix costs, where it does."""
+    return f", but grip force {SIGNS['fail']}" if crushes else ""
 
 
 def _pulls(grip: GripResult) -> bool:
     """True if the hand pulls with a fifth of the weight or more as its steps end."""
-    return grip.final_tangential_force_N > 0.2 * weight_per_finger(grip.object_mass_g)
+    return _pulled(grip) > 0.2
+
+
+def _pulled(grip: GripResult) -> float:
+    """The part of the weight with which the hand pulls as its steps end."""
+    return grip.final_tangential_force_N / weight_per_finger(grip.object_mass_g)
 
 
 def _steps_needed(grip: GripResult) -> int:
     """Steps to the lift where F_t rises on as it did, with a fifth more."""
-    pulled = grip.final_tangential_force_N / weight_per_finger(grip.object_mass_g)
-    return math.ceil(1.2 * grip.steps / pulled)
+    return math.ceil(1.2 * grip.steps / _pulled(grip))
 
 
 def _masses(grips: Sequence[GripResult], lightest: float = 0.0, heaviest: float = math.inf) -> str:
@@ -294,11 +339,6 @@ def _masses(grips: Sequence[GripResult], lightest: float = 0.0, heaviest: float 
     return f"grip.object_mass_g = [{low:g}, {high:g}]" if low < high else ""
 
 
-def _firm_hold(grip: GripResult) -> float:
-    """The force, N, that holds by friction alone, with the most margin that people keep."""
-    return HUMAN_MARGIN[1] * grip.least_force_N
-
-
 def _force_fixes(result: Result, design_file: str) -> Iterator[Fix]:
     good = [each for each in result.grips if lifts(each)]
     if any(each.crushed for each in good):
@@ -309,7 +349,8 @@ def _force_fixes(result: Result, design_file: str) -> Iterator[Fix]:
     nearest = min(good, key=lambda each: each.safety_margin or math.inf)
     if nearest.safety_margin is not None:
         light = nearest.object_mass_g * nearest.safety_margin / HUMAN_MARGIN[0]
-        if change := _masses(good, heaviest=light):
+        bears = _too_light(result, light) <= _too_light(result)
+        if bears and (change := _masses(good, heaviest=light)):
             yield Fix(change, _passes("grip force"), "Coulomb")
 
 
@@ -328,24 +369,29 @@ def _light_fixes(result: Result, good: Sequence[GripResult]) -> Iterator[Fix]:
 
 
 def _gage_fixes(found: Measurability, material: str) -> Iterator[Fix]:
-    """Materials of the library, thinner plates, and where these do not do a quieter amplifier."""
+    """Materials of the library or thinner plates that are enough; else each with what it gains,
+    and a quieter amplifier."""
     needed = found.smallest_stick_change / found.wanted_stick_change
-    enough = False
-    for remedy in found.remedies:
-        if remedy.key.startswith("materials"):
-            name, gain = _plate_material(remedy, needed)
-            change = f'plates.material = "{name}"' if name else ""
-        else:
-            sheet, gain = _sheet(remedy, needed, sheets_of(material))
-            change = f"{remedy.key} = {sheet:g}" if sheet else ""
-        if change and gain >= _LEAST_GAIN:
-            enough = enough or gain >= needed
-            part = f"signal x {two_digits(gain)}; x {two_digits(needed)} needed"
-            yield Fix(change, _passes("gage signal") if gain >= needed else part, "section model")
+    changes = dict(_plate_change(each, needed, material) for each in found.remedies)
+    gains = {key: gain for key, gain in changes.items() if key and gain >= _LEAST_GAIN}
+    # A change that is not enough is left out next to one that is: it may cost another verdict.
+    enough = {change: gain for change, gain in gains.items() if gain >= needed}
+    for change, gain in (enough or gains).items():
+        part = f"signal x {two_digits(gain)}; x {two_digits(needed)} needed"
+        yield Fix(change, _passes("gage signal") if enough else part, "section model")
     if not enough:
         quiet = two_digits(found.noise_microstrain / needed)
         change = f"grip.hardware.gage_noise_microstrain = {quiet}"
         yield Fix(change, _passes("gage signal"), "quieter amplifier")
+
+
+def _plate_change(remedy: GageRemedy, needed: float, material: str) -> tuple[str, float]:
+    """A key of the plates with its value, and what it gains; "" where none helps."""
+    if remedy.key.startswith("materials"):
+        name, gain = _plate_material(remedy, needed)
+        return (f'plates.material = "{name}"' if name else ""), gain
+    sheet, gain = _sheet(remedy, needed, sheets_of(material))
+    return (f"{remedy.key} = {sheet:g}" if sheet else ""), gain
 
 
 def _gains(remedy: GageRemedy, values: Mapping[_Key, float]) -> dict[_Key, float]:

@@ -133,8 +133,11 @@ def _apart(design: Design, type_: GageType) -> tuple[float, float]:
     return abs(math.log(long)), abs(math.log(wide))
 
 
-def gage_words(design: Design, fit: GageFit | None) -> str | None:
-    """Fault of the gages' sizes, and the nearest plate that mends it; None without a fault."""
+def gage_words(design: Design, fit: GageFit | None, mends: str = "") -> str | None:
+    """Fault of the gages' sizes, and the nearest plate that mends it; None without a fault.
+
+    mends: keys and values that are known to mend it.
+    """
     if fit is None:
         return None
     gages = design.gages
@@ -153,9 +156,8 @@ def gage_words(design: Design, fit: GageFit | None) -> str | None:
     named = _named(design)
     words = f"gages: {f'{named} does not fit' if named else f'no {sold}'} plates with {room}"
     if fit.nearest is not None:
-        words += (
-            f"; the nearest plate that takes one ({fit.nearest.name}) has {_change(design, fit)}"
-        )
+        change = mends or _change(design, fit)
+        words += f"; the nearest plate that takes one ({fit.nearest.name}) has {change}"
     if fit.others and (named or fit.others[0] not in fit.films):
         words += f"; the nearest type that fits: gages.kind = '{fit.others[0]}'"
     if fit.films:

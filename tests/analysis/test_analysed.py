@@ -59,7 +59,7 @@ def test_a_folder_gives_back_all_of_it_and_a_record_alone_says_what_it_lacks(
 
 
 def test_what_is_not_there_is_refused(found, failed):
-    with pytest.raises(ResultError, match="increment = 8 must be -8 to 7"):
+    with pytest.raises(ResultError, match="increment = 8 must be -8 to 7, an index"):
         found.plot_contact(8)
     with pytest.raises(ResultError, match="there are no increments"):
         Analysed.of(failed).plot_path()

@@ -56,6 +56,25 @@ def test_approach_and_width_are_forecast_within_a_factor(name):
         assert 1.0 / WIDTH_OFF < width < WIDTH_OFF
 
 
+def crushing(values):
+    """The sentences on moves that crush, of film_tees with these values."""
+    found = lifts(with_values(load_design("film_tees"), values))
+    return [words for each in found for words in each.remedies if "crush" in words]
+
+
+def test_moves_that_crush_a_lighter_object_or_in_stiffer_rubber_are_forecast():
+    mass, stiff = "grip.object_mass_g", "materials.silicone.youngs_modulus_MPa"
+    for values in ({}, {mass: 300.0}, {mass: 2000.0}, {stiff: 1.0}):
+        assert crushing(values) == []
+    (words,) = crushing({mass: [50.0, 500.0]})
+    assert "9.7 times" in words  # 9.5 in plane strain
+    assert "240 g or more" in words
+    assert crushing({mass: 240.0}) == []
+    assert "4.6 times" in crushing({stiff: 30.0})[0]  # 4.5 in plane strain
+    held = crushing({mass: 50.0, "grip.controller": "regulator"})
+    assert "6.4 times" in held[0]  # without hold_force_N, which is the paper's
+
+
 @pytest.mark.slow
 def test_the_soft_dome_s_are_in_3d():
     """The heavier object needs the larger contact zone: its model serves both. Two thick plates,

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from fingerdesign_cli.terminal import LINES, WIDTH, say_block
+from fingerdesign_cli.terminal import LINES, WIDTH, print_table, say_block, shortened
 
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.records.result import GageRemedy, Measurability, MeasuredState
@@ -42,14 +42,75 @@ def test_a_lift_that_needs_more_steps_gets_them_and_no_other_controller(result):
     assert [each for each in view.fixes if "fixed_force" in each.change]
 
 
-def test_one_force_for_a_wide_range_of_friction_is_offered_with_its_price(result):
+def failing(result, *frictions, lifted=(), **facts):
+    """The result with grips at these friction coefficients that slip, and lifts at others."""
     fails = replace(result.grips[0], lifted=False, safety_margin=None, outcome="complete slip")
-    for high, price in ((0.3, ""), (0.8, ", crushes at μ 0.8")):
-        grips = [replace(fails, friction_coefficient=each) for each in (0.2, high)]
-        fixes = verdict_view(replace(result, grips=tuple(grips), measurability=None)).fixes
+    grips = [replace(fails, friction_coefficient=each, **facts) for each in frictions]
+    holds = {"lifted": True, "gross_slip": False, "safety_margin": 1.5}
+    grips += [replace(fails, friction_coefficient=each, **holds) for each in lifted]
+    return replace(result, grips=tuple(grips), measurability=None)
+
+
+def test_one_force_for_a_wide_range_of_friction_is_offered_with_its_price(result):
+    for high, price in ((0.3, ""), (0.8, ", but grip force ✗ at μ 0.8")):
+        fixes = verdict_view(failing(result, 0.2, high)).fixes
         brings = next(each.brings for each in fixes if "fixed_force" in each.change)
-        assert brings == f"lifts at μ 0.2{price}"
-        assert any("object_mass_g" in each.change for each in fixes) == (not price)
+        assert brings == f"lifts ✓{price}"
+
+
+def test_one_force_holds_what_passes_too_and_bears_the_gentlest_where_it_can(result):
+    for fails, lifts in ((0.6, 0.3), (0.3, 0.6)):  # a ratio of 2: 1.5 of one is 3 of the other
+        found = failing(result, fails, lifted=[lifts])
+        fixes = verdict_view(found).fixes
+        force = next(each.change for each in fixes if "force_N" in each.change)
+        force = float(force.rpartition("=")[2])
+        ratios = [force / each.least_force_N for each in found.grips]
+        assert 1.2 < min(ratios) < 1.5
+        assert max(ratios) < 3.0
+        assert next(each.brings for each in fixes if "controller" in each.change) == "lifts ✓"
+
+
+def lighter(result, grips, seen):
+    """What is brought by each lighter object that is proposed; the gages see so much of 200 g."""
+    state = replace(seeing(seen).states[0], tangential_force_N=0.981)
+    found = replace(seeing(seen), states=(state,))
+    fixes = verdict_view(replace(result, grips=grips, measurability=found)).fixes
+    return [each.brings for each in fixes if "object_mass_g" in each.change]
+
+
+def test_a_lighter_object_that_fails_another_verdict_is_not_proposed(result):
+    slips = failing(result, 0.2).grips[0]
+    slips = replace(slips, peak_normal_force_N=1.2 * slips.least_force_N)  # holds 160 g with 1.5
+    other = failing(result, lifted=[0.3]).grips[0]
+    found = {}
+    for ratio, seen in ((2.0, 0.05), (2.5, 0.05), (2.0, 0.09)):
+        squeezed = replace(other, peak_normal_force_N=ratio * other.least_force_N)
+        found[ratio, seen] = lighter(result, (slips, squeezed), seen)
+    assert list(found.values()) == [["lifts at μ 0.2"], [], []]
+    for ratio, brings in ((2.0, ["grip force ✓"]), (2.9, [])):
+        thin = replace(other, safety_margin=1.1, peak_normal_force_N=ratio * other.least_force_N)
+        assert lighter(result, (thin,), 0.05) == brings
+
+
+def test_more_steps_name_the_force_that_still_rises(result):
+    slow = {"outcome": "steps", "steps": 200, "object_mass_g": 200.0}
+    slow["final_tangential_force_N"] = 0.4903  # half of the pull that lifts
+    for ratio, price in ((1.4, ""), (1.6, ", but grip force ✗")):
+        least = failing(result, 0.5, **slow).grips[0].least_force_N
+        found = failing(result, 0.5, peak_normal_force_N=ratio * least, **slow)
+        fix = next(each for each in verdict_view(found).fixes if "max_steps" in each.change)
+        assert fix.brings == f"lifts at μ 0.5{price}"
+
+
+def test_a_change_that_is_not_enough_is_left_out_next_to_one_that_is(result):
+    material = GageRemedy("materials.phosphor_bronze.youngs_modulus_MPa", 135e3, 12e3, 11.0, True)
+    thinner = GageRemedy("plates.thickness_mm", 0.1, 0.02, 5.0, False)
+    metal = {**result.parameters, "plates.material": "phosphor_bronze"}
+    found = replace(result, grips=(), parameters=metal)
+    view = verdict_view(replace(found, measurability=seeing(1.0, material, thinner)))
+    changes = [each.change for each in view.fixes]
+    assert changes[0] == 'plates.material = "polyimide"'
+    assert not [each for each in changes if "thickness" in each]
 
 
 def test_a_fix_names_a_material_that_exists_and_reaches_the_target(result):
@@ -70,6 +131,22 @@ def test_a_fix_names_a_thickness_that_is_sold(result):
     (fix, *_) = [each for each in verdict_view(found).fixes if "thickness" in each.change]
     assert fix.change == "plates.thickness_mm = 0.05"
     assert fix.brings == "signal x 2; x 10 needed"
+
+
+def test_no_word_is_cut_in_lines_and_tables(capsys):
+    for length in range(60, 90):
+        line = "a " * (length // 2) + "gripping hand"
+        shown = shortened(line)
+        assert len(shown) <= WIDTH
+        assert (
+            shown.removesuffix(" ...").split()
+            == line.split()[: len(shown.split()) - ("..." in shown)]
+        )
+    assert len(shortened("/" * 200)) == WIDTH
+    print_table("", ["hand", "of"], [["gripping hands " * 8, "x"]], 60)
+    shown = capsys.readouterr().out
+    assert "…" not in shown
+    assert shown.count("gripping") == 8
 
 
 def test_the_block_fits_its_lines_and_width(result, tmp_path, capsys):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,7 +10,9 @@ from pathlib import Path
 import click
 import pytest
 
+from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.studio.document import with_keys
 
 ROOT = Path(__file__).parents[2]
 
@@ -21,6 +24,26 @@ def test_new_then_check(name, terminal):
     terminal("new", "sub/mine.toml", *(["--from", name] if name else []), "-q")
     assert "mine" in terminal("check", "sub/mine.toml").out
     assert Path("sub/design.schema.json").is_file()
+
+
+def test_new_names_the_folder_and_the_schema_that_it_writes(terminal):
+    (first, _) = terminal("new", "sub/a.toml").out.splitlines()
+    assert "design.schema.json" in first
+    assert "new folder sub" in first
+    (second, _) = terminal("new", "sub/b.toml").out.splitlines()
+    assert second == "sub/b.toml written"
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "fine_tees"])
+def test_keys_for_a_gage_that_is_sold_can_be_pasted_and_pass(name, terminal):
+    (report,) = json.loads(terminal("check", name, "--json").out)
+    (note,) = [each for each in report["notes"] if "that is sold fits" in each]
+    pairs = dict(re.findall(r"((?:plates|gages)\.\w+_mm) = ([\d.]*\d)", note))
+    assert {"plates.length_mm", "plates.cover_mm", "gages.length_mm"} <= set(pairs)
+    text = with_keys(shipped_text(name), {key: float(value) for key, value in pairs.items()})
+    Path("mine.toml").write_text(text, "utf-8")
+    (report,) = json.loads(terminal("check", "mine.toml", "--json").out)
+    assert not [each for each in report["notes"] if "that is sold fits" in each]
 
 
 def test_new_scene_then_check(terminal):
@@ -90,6 +113,17 @@ def test_check_judges_the_scene_with_faults_of_its_own_and_of_the_design(rows, k
     Path("scene.toml").write_text(f"path.increments_mm = {rows}\n{points}")
     err = terminal("check", "bad.toml", "--scene", "scene.toml", code=2).err
     assert [line.split(" = ")[0] for line in err.splitlines()] == keys
+
+
+def test_tables_have_legends_with_units(terminal):
+    shown = terminal("check", "film_tees").out
+    for words in ("to the contact surface", "GB: memory", "tangential force of one finger"):
+        assert words in shown
+    assert max(map(len, shown.splitlines())) <= 80
+    shown = terminal("list", "gages").out
+    assert "Et N/mm" in shown
+    for column in ("with tabs:", "factor:", "order:", "weeks:", "price of a piece:"):
+        assert column in shown
 
 
 def test_check_as_json(terminal):

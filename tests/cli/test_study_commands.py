@@ -160,6 +160,7 @@ def test_page_and_csv(outcomes, page, tmp_path, terminal):
     requested = ["compare", outcomes, "--out", page, "--csv", csv]
     shown = terminal(*requested, "--objective", "stick_error", "--objective", "cost:min").out
     assert "recommended: any_" in shown
+    assert shown.index("★ recommended") < shown.index("○ feasible")  # a row a design
     assert "<title>study: fingers compared</title>" in page.read_text("utf-8")
     assert len(csv.read_text("utf-8").splitlines()) == 13
     assert [path.name for path in page.parent.iterdir()] == ["page.html"]

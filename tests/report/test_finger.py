@@ -109,6 +109,9 @@ def test_the_slider_gives_each_increment_its_colours(which, request):
         analysis.contact.normal_traction[5].max(), rel=0.01
     )
     assert STICK in shades["intensity"][names.index("stick and slip")]
+    seen = dict(zip(names, shades["opacity"], strict=False))
+    assert seen["stick and slip"] == data["stick and slip"]["opacity"] < 0.6  # not over the plates
+    assert seen["plates"] == data["plates"]["opacity"] == 1.0
     assert f"F<sub>n</sub> {rows[5].normal_force_N:.3g} N" in words["title.text"]
     assert json.loads(json.dumps(figure, allow_nan=False)) == figure
 

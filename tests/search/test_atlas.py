@@ -87,7 +87,9 @@ def test_a_mold_that_is_refused_counts_and_is_said():
 def test_new_writes_the_finger_that_was_verified(gages, tmp_path, terminal):
     path = tmp_path / "mine.toml"
     given = ["--gages", gages] if gages else []
-    said = terminal("new", path, "--lift", "500g", "--process", "machined", *given).out
+    meets = gages != "bought"  # No finger with gages that are bought is verified.
+    code = 0 if meets else 1
+    said = terminal("new", path, "--lift", "500g", "--process", "machined", *given, code=code).out
     found = nearest(Request((500.0,), gages, "machined"))
     assert found.name in said
     written = load_design(path)
@@ -99,11 +101,13 @@ def test_new_writes_the_finger_that_was_verified(gages, tmp_path, terminal):
 
 def test_new_with_what_no_entry_meets_says_so_and_writes_the_nearest(tmp_path, terminal):
     path = tmp_path / "mine.toml"
-    said = terminal("new", path, "--lift", "1..90000g", "--json").out
+    said = terminal("new", path, "--lift", "1..90000g", "--json", code=1).out
     found = json.loads(said)
     assert len(found["unmet"]) == 2
     assert path.is_file()
-    assert "not met: 1 g" in terminal("new", path, "--lift", "1g", "--force").out
+    for more in ([], ["--quiet"]):  # what was not met is a failure, and no quiet one
+        said = terminal("new", path, "--lift", "1g", "--force", *more, code=1)
+        assert "not met: 1 g" in said.err
 
 
 def test_new_refuses_nonsense_with_all_faults(in_tmp_path, terminal):

@@ -17,6 +17,7 @@ from fingerdesign.records.outcome import GripOutcome, Outcome, Validity
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import facts_of
 from fingerdesign.search.compare.recommend import Bound, Objective, recommend, uncertainty, why_not
+from fingerdesign.search.compare.table import design_table
 from fingerdesign.search.compare.words import summary
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 
@@ -209,6 +210,34 @@ def test_nothing_is_recommended_that_fails_its_purpose(flaw, words):
     # A bound of the study's own on the same number judges in its place.
     (metric,) = flaw
     assert recommend([cheap], [LEAST_COST], [Bound(metric, at_most=2.0)]).chosen == 0
+
+
+def test_a_finger_that_fails_verdicts_is_not_recommended_next_to_one_that_passes():
+    cheap = outcome("cheap", cost=1.0, failed_verdicts=2.0)
+    sound = outcome("sound", cost=9.0, failed_verdicts=0.0)
+    found = recommend([cheap, sound], [LEAST_COST], [])
+    assert (found.chosen, found.group, found.feasible) == (1, (1,), (0, 1))
+    stated = summary_of([cheap, sound], [LEAST_COST])
+    assert "only designs that pass all are recommended" in stated.counts
+    assert "the only one that passes all verdicts" in stated.why
+    worse = outcome("worse", cost=9.0, failed_verdicts=1.0)
+    stated = summary_of([cheap, worse], [LEAST_COST])
+    assert stated.recommended == "cheap"
+    assert stated.verdicts[0].status == "fail"
+    assert "fails 2 verdicts" in stated.why
+
+
+def test_headings_are_short_and_have_units():
+    made = replace(
+        outcome("a", failed_verdicts=0.0), values={"materials.rtv.youngs_modulus_MPa": 1.0}
+    )
+    facts = facts_of("study", [made])
+    columns = design_table([made], facts, recommend([made], [], [])).columns
+    assert [(each.title, each.unit) for each in columns[:2]] == [
+        ("rtv youngs modulus", "MPa"),
+        ("failed verdicts", ""),
+    ]
+    assert columns[0].help == "materials.rtv.youngs_modulus_MPa"
 
 
 def noisy(name, lifted, **metrics):

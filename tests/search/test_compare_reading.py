@@ -96,6 +96,16 @@ def test_analysis_becomes_an_outcome(tmp_path, plain_result):
     assert found.metrics["peak_ratio"] == pytest.approx(12.0 / least * (1 + 4) / 2)
 
 
+def test_an_analysis_has_every_verdict_counted(tmp_path, plane_strain):
+    grips = plane_strain.result.grips
+    slips = (*grips[1:], replace(grips[0], gross_slip=True))
+    for count, own in enumerate((grips, slips)):
+        made = replace(plane_strain.result, grips=own)
+        found = read_outcomes([write_result_folder(tmp_path / f"{count}", made)])[0]
+        assert found.metrics["failed_verdicts"] == count
+        assert found.metrics["area_correlation"] is not None
+
+
 def test_analyses_next_to_a_study_have_the_values_of_what_is_varied(tmp_path, plain_result):
     narrower = replace(plain_result, parameters={"body.width_mm": 21.0})
     write_result_folder(tmp_path / "mine", narrower)

@@ -94,7 +94,7 @@ def test_estimates_are_the_estimators_of_samples_and_the_moves_that_they_answer(
 
 
 def test_an_estimator_of_another_finger_is_refused(made):
-    with pytest.raises(DesignError, match="--estimator"):
+    with pytest.raises(DesignError, match="estimator = one"):
         made(estimates=SimpleNamespace(gages=11, design="f" * 64))
 
 

@@ -20,6 +20,8 @@ from fingerdesign.search.compare.recommend import (
     recommend,
     why_not,
 )
+from fingerdesign.search.compare.table import design_table
+from fingerdesign.search.compare.widgets import heading_of
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job
@@ -29,8 +31,9 @@ from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.studies.progress import StudyProgress
 from fingerdesign_cli.studies.search import say_recommended
-from fingerdesign_cli.terminal import as_json, open_page, print_table, progress, say_result
+from fingerdesign_cli.terminal import WIDTH, as_json, open_page, print_table, progress, say_result
 
+MOST_DESIGNS = 12  # of a terminal's table; the page has all
 LIMITS = Limits(time_s=1800.0, memory_MB=8000.0)  # of one in 3-D: a minute, some gigabytes
 
 
@@ -155,12 +158,28 @@ def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, o
 
 def _show(found: Comparison, best: Recommendation, page: Path) -> None:
     head = summary(found.outcomes, found.facts, best)
+    _show_designs(found, best)
     click.echo(head.counts)
     say_recommended(head)
     if head.table is not None:
-        print_table(head.table.caption, head.table.columns, head.table.rows)
+        print_table(head.table.caption, head.table.columns, head.table.rows, WIDTH)
     for sentence in head.given_up:
         click.echo(f"  better elsewhere: {sentence}")
     for sentence in head.warnings:
         click.echo(f"warning: {sentence}")
     click.echo(f"report: {page}")
+
+
+def _show_designs(found: Comparison, best: Recommendation) -> None:
+    """The best designs in a table: verdicts that fail, and the objectives."""
+    table = design_table(found.outcomes, found.facts, best)
+    wanted = ["failed_verdicts", *(each.metric for each in found.facts.objectives)]
+    shown = [k for k, each in enumerate(table.columns) if each.path[-1] in wanted]
+    headings = ["design", "standing", *(heading_of(table.columns[k]) for k in shown)]
+    rows = [
+        [found.outcomes[number].name, cells[0], *(cells[1 + k] for k in shown)]
+        for number, _, cells in table.rows[:MOST_DESIGNS]
+    ]
+    if rows:
+        of = f" ({len(rows)} of {len(table.rows)})" if len(table.rows) > len(rows) else ""
+        print_table(f"Designs{of}", headings, rows, WIDTH)

@@ -24,6 +24,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.zone import approach_for, contact_reach
+from fingerdesign.records.result import MOST_FORCE
 
 # Strain of a plate over that of the rubber around it: 1 / (1 + c E_p t / (E_r L)), shear lag in a
 # short fibre; with the change of all gages per unit of stick ratio over that strain per N times
@@ -151,6 +152,7 @@ def _remedies(design: Design, lift: Lift) -> Iterator[str]:
             f"end ({SMALL_STRAIN:.0%}): raise materials.{name}.youngs_modulus_MPa from {stiff:g} "
             f"to {stiff / spare:.2g}, or lower grip.object_mass_g to {light:g}"
         )
+    yield from _first_moves(design, lift)
     for fidelity, count in lift.contact_nodes.items():
         least = ENOUGH_NODES[2 if fidelity == "plane-strain" else 3]
         if count < least:
@@ -170,6 +172,31 @@ def _remedies(design: Design, lift: Lift) -> Iterator[str]:
             f"little for {noise:g} microstrain of noise (a forecast, right within a factor of "
             f"{_GAGES_OFF:g}; analyse measures it); take softer or thinner plates, or a quieter "
             "amplifier"
+        )
+
+
+def _first_moves(design: Design, lift: Lift) -> Iterator[str]:
+    """Moves of ``[grip]`` that crush the object which the least force holds.
+
+    The hand learns that it holds enough one move late: preload, one normal move and, by the paper's
+    rule, hold_force_N come on top of the least force. On film_tees with 50 to 500 g and rubber of 5
+    to 30 MPa this is within a tenth of the greatest ratio of the grips in plane strain.
+    """
+    grip = design.grip
+    least = lift.tangential_force_N / lift.friction_coefficient
+    gentlest = (grip.lightest_g, max(grip.friction_coefficients))
+    if (lift.object_mass_g, lift.friction_coefficient) != gentlest:
+        return
+    moves = _force_at(design, grip.preload_mm + grip.approach_step_mm)
+    moves += grip.hold_force_N if grip.controller == "paper" else 0.0
+    over = moves / least
+    if 1.0 + over >= MOST_FORCE:
+        heavier = float(f"{1.1 * lift.object_mass_g * over / (MOST_FORCE - 1.0):.2g}")
+        yield (
+            f"the moves of grip press with up to about {1.0 + over:.2g} times the least force that "
+            f"holds {lift.object_mass_g:g} g at a friction of {lift.friction_coefficient:g}, and "
+            f"{MOST_FORCE:g} times crush it (forecast): they suit {heavier:g} g or more; fit "
+            "preload_mm, approach_step_mm and hold_force_N with `fingerdesign study FILE --tune`"
         )
 
 

@@ -51,6 +51,7 @@ UNMOVED_MM = 1e-6  # A smaller displacement gives no picture.
 _SHARP_DEG = 25.0  # Facets of one smooth surface meet at less.
 RUBBER = "#8fb4cf"
 SEEN_THROUGH = {"body": 0.3, "core": LOOKS["finger"]["core"]["opacity"]}
+CONTACT = 0.55  # Its opacity: the plates beneath are seen through its colours.
 ROOM = 1.3  # Of the finger's size: the dimensions around it need room.
 # The scene is 2 high; so much of it is filled from its middle, upward and to the side.
 _UP, _ASIDE = 0.88, 1.5
@@ -153,7 +154,7 @@ def _contact(analysis: Analysis) -> Iterator[Painted]:
         return
     patch = patch_of(contact, analysis.depth_mm)
     flat = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
-    common = {**LOOKS["solid"], "lighting": flat, "visible": False}
+    common = {**LOOKS["solid"], "lighting": flat, "visible": False, "opacity": CONTACT}
     points, triangles, owner = patch.apart()
     apart = places(points) | corners(triangles)
     steps = [k / len(_STATUS) for k in range(len(_STATUS) + 1)]
@@ -308,7 +309,8 @@ def _slider_steps(
     for k in range(count):
         shades = [_shades(each.values[k], each.trace["cmax"]) for each in coloured]
         shades += [data[each]["intensity"] for each in moved]
-        dense = [*(1.0 for _ in coloured), *(float(k == each) for each in stored)]
+        dense = [1.0 if each.half is None else CONTACT for each in coloured]
+        dense += [float(k == each) for each in stored]
         change = {"intensity": shades, "opacity": dense}
         words = {"title.text": _step_words(result, k, count)}
         given = [change, words, traces + moved]
@@ -349,7 +351,7 @@ def _bodies(
     def look(opacity: Sequence[float], half: bool) -> list[Any]:
         found = [corners(each.half if half else each.whole) for each in surfaces.values()]
         found += [{k: each.trace[k][: each.half if half else None] for k in "ijk"} for each in cut]
-        dense = [*opacity, *(1.0 for _ in cut)]
+        dense = [*opacity, *(CONTACT for _ in cut)]
         return [{"opacity": dense} | {k: [each[k] for each in found] for k in "ijk"}, traces]
 
     usual, dense = [SEEN_THROUGH[name] for name in surfaces], [1.0 for _ in surfaces]

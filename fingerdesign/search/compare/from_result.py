@@ -1,7 +1,6 @@
 """The outcome of an analysis, read from its folder, as a study would have made it."""
 
 import csv
-from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,7 @@ from fingerdesign.records.outcome import (
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import read_result
 from fingerdesign.runtime.files import whole_text
-from fingerdesign.search.run.measured import grip_metrics, grip_outcome, metrics_of, traces_of
+from fingerdesign.search.run.measured import grip_outcome, metrics_of, traces_of, verdict_metrics
 from fingerdesign.search.study.file import Cost
 
 SCENE = "scene."  # keys of a record's parameters that are the scene's
@@ -68,8 +67,7 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
     if result.increments and design is not None:
         plates = plate_frames(design)
         traces = traces_of(Analysis(result, plates=plates, contact=_contact(result, folder)))
-        path = Analysis(replace(result, grips=(), slip_studies=()), plates=plates)
-        metrics = metrics_of(design, Cost(), path)
+        metrics = metrics_of(design, Cost(), Analysis(result, plates=plates))
         del metrics["cost"]  # no prices were given
     ladder, validity = result.ladder, Validity()
     if ladder is not None:
@@ -85,7 +83,7 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
         fidelity=result.fidelity,
         status=result.status,
         failure=Failure("failed", result.failure or "") if failed else None,
-        metrics={} if failed else metrics | grip_metrics(result.grips),
+        metrics={} if failed else metrics | verdict_metrics(result),
         traces=traces,
         grips=tuple(grip_outcome(grip, *_path(grip, folder)) for grip in result.grips),
         validity=validity,

@@ -51,7 +51,6 @@ from fingerdesign.search.compare.table import (
     Column,
     DesignTable,
     design_table,
-    name_and_unit,
     value_at,
 )
 from fingerdesign.search.compare.widgets import (
@@ -276,9 +275,6 @@ def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     axis; most: characters shown of a text; kinds: the texts that it has; ticks: those as marks of
     an axis. What Plotly shows it reads as markup: label, alike, short and ticks are escaped.
     """
-    title, unit = column.title, column.unit
-    if column.path[0] == "values":
-        title, unit = name_and_unit(column.path[1].rpartition(".")[2])
     heading = heading_of(column)
     better = {"min": "   ← better", "max": "   better →"}.get(column.goal or "", "")
     better += f" ({column.scale})" if column.scale else ""
@@ -290,7 +286,7 @@ def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
         "goal": column.goal,
         "label": escape(heading) + better,
         "alike": f"{escape(heading)}: the same for all shown",
-        "short": "<br>".join(escape(each) for each in (title, unit) if each),
+        "short": "<br>".join(escape(each) for each in (column.title, column.unit) if each),
     }
     if column.path[0] == "digest":
         return found | {"most": DIGEST_SHOWN}

@@ -145,6 +145,11 @@ def fails_purpose(outcome: Outcome, bounded: Collection[str] = ()) -> dict[str, 
     return found
 
 
+def passes(outcome: Outcome) -> bool:
+    """True if every verdict that was judged passes."""
+    return outcome.metrics.get("failed_verdicts") == 0.0
+
+
 def why_not(
     outcome: Outcome, objectives: Iterable[Objective], constraints: Sequence[Bound]
 ) -> tuple[str, ...]:
@@ -228,8 +233,9 @@ class Recommendation:
     """The recommendation; numbers are indices of the given outcomes.
 
     feasible: meet the constraints and have every objective. group: those that were compared, of one
-    scene and fidelity; front: those of the group that none of it dominates; chosen: None where the
-    front is empty; best: by objective the front's best, the nearest to ``chosen``'s kind first.
+    scene and fidelity, and only those that pass all verdicts where any does; front: those of the
+    group that none of it dominates; chosen: None where the front is empty; best: by objective the
+    front's best, the nearest to ``chosen``'s kind first.
     alike: others of the front, as near as ``chosen``; same: others of the group from which nothing
     shows it to differ, in any objective. runner_up: the next of the front, or of the
     group where the front has one alone. scene, fidelity: the group's.
@@ -258,8 +264,7 @@ def recommend(
     )
     if not feasible or not objectives:
         return Recommendation(feasible)
-    kind = _group(outcomes, feasible)
-    group = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
+    kind, group = _group(outcomes, feasible)
     values, unsure = _losses(outcomes, group, objectives)
     free = ~dominated(values, unsure)
     front = _others(group, free)
@@ -336,12 +341,17 @@ def dominated(values: Array, unsure: Array | None = None) -> BoolArray:
     return found
 
 
-def _group(outcomes: Sequence[Outcome], feasible: Sequence[int]) -> tuple[str, str]:
-    """Scene and fidelity to compare in: of 3-D where it has a choice, else the most frequent."""
+def _group(
+    outcomes: Sequence[Outcome], feasible: Sequence[int]
+) -> tuple[tuple[str, str], tuple[int, ...]]:
+    """Scene and fidelity to compare in, of 3-D where it has a choice, else the most frequent; and
+    what is compared: those of it that pass all verdicts, where any does."""
     count = Counter((outcomes[number].scene, outcomes[number].fidelity) for number in feasible)
     deep = {key: many for key, many in count.items() if key[1] == "3d" and many >= LEAST_DEEP}
     among = deep or count
-    return max(among, key=lambda key: among[key])
+    kind = max(among, key=lambda key: among[key])
+    group = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
+    return kind, tuple(k for k in group if passes(outcomes[k])) or group
 
 
 def _scaled(values: Array, unsure: Array) -> Array:

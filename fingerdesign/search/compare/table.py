@@ -19,7 +19,7 @@ FIRST_COLUMNS = 14  # shown at first; the rest is a tick away
 STANDINGS = ("recommended", "front", "feasible", "not feasible")
 _MARKS = [f"{mark} {name}" for name, mark in zip(STANDINGS, "★◆○×", strict=True)]
 _PLAIN = ("N", "mm", "MPa", "ml", "MB", "g", "s")
-_UNITS = {"_N_per_mm": "N/mm", **{f"_{unit}": unit for unit in _PLAIN}}
+_UNITS = {"_N_per_mm": "N/mm", "_deg": "°", **{f"_{unit}": unit for unit in _PLAIN}}
 
 
 @dataclass(frozen=True)
@@ -116,12 +116,25 @@ def name_and_unit(name: str, unit: str = "") -> tuple[str, str]:
     return shown(name.replace("_", " ")), unit
 
 
+def key_words(key: str) -> tuple[str, str]:
+    """Words and unit of a design's key; shares of two keys as they are.
+
+    >>> key_words("materials.bronze.youngs_modulus_MPa"), key_words("plates.angle_deg")
+    (('bronze youngs modulus', 'MPa'), ('plates angle', '°'))
+    """
+    if "/" in key:
+        return shown(key), ""
+    title, unit = name_and_unit(key.rpartition(".")[2])
+    table = shown(" ".join(key.split(".")[-2:-1]).replace("_", " "))
+    return f"{table} {title}".strip(), unit
+
+
 def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
     found = [Column((name,), name, numeric=False) for name in ("scene", "fidelity")]
     for key in dict.fromkeys(key for outcome in outcomes for key in outcome.values):
         given = [o.values[key] for o in outcomes if o.values.get(key) is not None]
         numeric = bool(given) and all(map(is_number, given))
-        found.append(Column(("values", key), shown(key), "", numeric))
+        found.append(Column(("values", key), *key_words(key), numeric, help=shown(key)))
     found += _metric_columns(facts)
     named = {metric.name for metric in facts.metrics}
     errors = {"plane_strain_error": "plane-strain error", "mesh_error": "mesh error"}
@@ -137,7 +150,7 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
 def _metric_columns(facts: StudyFacts) -> Iterator[Column]:
     """A column a metric: objectives in their order, then the others."""
     goals = {each.metric: each.goal for each in facts.objectives}
-    place = {name: number for number, name in enumerate(goals)}
+    place = {name: number for number, name in enumerate(["failed_verdicts", *goals])}
     for metric in sorted(facts.metrics, key=lambda each: place.get(each.name, len(place))):
         title, unit = name_and_unit(metric.name, metric.unit)
         goal = goals.get(metric.name, metric.better)

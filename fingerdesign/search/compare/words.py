@@ -21,6 +21,7 @@ from fingerdesign.search.compare.recommend import (
     StudyFacts,
     differs,
     fails_purpose,
+    passes,
     uncertainty,
 )
 from fingerdesign.search.compare.table import NONE, name_and_unit
@@ -77,7 +78,8 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     warnings = [shown(warning) for warning in chosen.warnings]
     errors = believed.plane_strain_error, believed.mesh_error, LARGE_ERROR
     front = f"{of['front']} of {of['group']} on the front"
-    tiles = [Verdict("pass", "recommended", name, count=front)]
+    status: Status = "fail" if of["fails"] else "pass"
+    tiles = [Verdict(status, "recommended", name, count=front)]
     if facts.constraints:
         met = f"{of['meeting']} of {of['all'] - of['failed']} designs"
         tiles.append(Verdict("note", "meet the constraints", ", ".join(of["bounds"]), count=met))
@@ -108,7 +110,11 @@ def _counted(
 ) -> dict[str, Any]:
     """Count the designs that failed, meet the constraints, or lack a value."""
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
+    chosen = [] if found.chosen is None else [outcomes[found.chosen]]
     return _missed(good, facts) | {
+        "failing": [shown(outcome.name) for outcome in good if _failed(outcome)],
+        "passing": any(map(passes, good)),
+        "fails": sum(map(_failed, chosen)),
         "all": len(outcomes),
         "failed": len(outcomes) - len(good),
         "bounds": [shown(each.words) for each in facts.constraints],
@@ -122,6 +128,11 @@ def _counted(
         "alike": [shown(outcomes[number].name) for number in found.alike],
         "same": [shown(outcomes[number].name) for number in found.same],
     }
+
+
+def _failed(outcome: Outcome) -> float:
+    """The number of verdicts that the outcome fails; 0 where it is not known."""
+    return outcome.metrics.get("failed_verdicts") or 0.0
 
 
 def _missed(good: Sequence[Outcome], facts: StudyFacts) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.shortfall import area_correlation, shortfalls, total
 from fingerdesign.analysis.stages import one_thread
-from fingerdesign.analysis.verdicts import best_area_share
+from fingerdesign.analysis.verdicts import best_area_share, verdict_view
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, SolverError
@@ -23,7 +23,7 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.notes import placement_worst
 from fingerdesign.records.arrays import OPEN, SLIP, ContactHistory
 from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
-from fingerdesign.records.result import GripResult, IncrementResult
+from fingerdesign.records.result import GripResult, IncrementResult, Result
 from fingerdesign.report.style import evenly_spaced
 from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.metrics import SPREAD
@@ -42,21 +42,30 @@ def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, floa
     rows = analysis.result.increments
     deepest = max(rows, key=lambda row: row.approach_mm)
     pressed = deepest.approach_mm > 0.0
-    measured = analysis.result.measurability
-    best = best_area_share(analysis.result.slip_studies)
     return {
-        **grip_metrics(analysis.result.grips),
+        **verdict_metrics(analysis.result),
         "normal_force_N": rows[-1].normal_force_N,
         "tangential_force_N": rows[-1].tangential_force_N,
         "stiffness_N_per_mm": deepest.normal_force_N / deepest.approach_mm if pressed else None,
         "peak_pressure_MPa": max(row.peak_pressure_MPa for row in rows),
         "first_slip_N": _first_slip(rows),
         "gage_response": _gage_response(analysis),
-        "smallest_stick_change": None if measured is None else measured.smallest_stick_change,
-        "area_correlation": area_correlation(analysis.result.slip_studies),
-        "best_area_share": None if best is None else best[0],
-        "shortfall": total(shortfalls(analysis.result)),
         **own_metrics(design, cost),
+    }
+
+
+def verdict_metrics(result: Result) -> dict[str, float | None]:
+    """The metrics of verdicts: of grips, gages and their area; failed_verdicts None where nothing
+    was judged."""
+    measured, best = result.measurability, best_area_share(result.slip_studies)
+    judged = [each.status for each in verdict_view(result).verdicts if each.status != "note"]
+    return {
+        **grip_metrics(result.grips),
+        "smallest_stick_change": None if measured is None else measured.smallest_stick_change,
+        "area_correlation": area_correlation(result.slip_studies),
+        "best_area_share": None if best is None else best[0],
+        "shortfall": total(shortfalls(result)),
+        "failed_verdicts": float(judged.count("fail")) if judged else None,
     }
 
 

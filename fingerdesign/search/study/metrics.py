@@ -10,7 +10,7 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 11
+METRICS_VERSION = 12
 # Computed on request: each group costs as much as a section's analysis, or twice that.
 PLACEMENT = "placement_effect"
 SPREAD = ("reading_std", "reading_std_calibrated", "yield_by_motion", "gage_response_90")
@@ -65,7 +65,7 @@ _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, 
         "grip_success",
         "",
         "max",
-        "share of the grips lifted without complete slip",
+        "share of the grips lifted without complete slip, at the worst mass",
     ),
     ("safety_margin", "", None, "median of F_n / (F_t / mu) at lift, over grips that lifted"),
     ("least_margin", "", "max", "least margin of the grips that lifted; 1 is on the edge of slip"),
@@ -96,6 +96,7 @@ _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, 
         None,
         "value of gages.area_share with the greatest least rank correlation",
     ),
+    ("failed_verdicts", "", "min", "verdicts of analyse that fail"),
     ("shortfall", "", "min", "distance from passing all verdicts; 0: all pass with room to spare"),
     ("normal_force_N", "N", None, "F_n at the end of the scene's path"),
     ("tangential_force_N", "N", None, "F_t at the end of the scene's path"),

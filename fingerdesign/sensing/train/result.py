@@ -226,7 +226,7 @@ def estimator_faults(
     target, gages = len(gage_array(design)), estimator.gages
     if gages != target:
         value = f"one for {gages} gages"
-        return [Fault("--estimator", value, f"one for the design's {target} gages", remedy)]
+        return [Fault("estimator", value, f"one for the design's {target} gages", remedy)]
     known = {
         finger_key(design, each, number): each
         for each in FIDELITIES
@@ -235,13 +235,12 @@ def estimator_faults(
     own = known.get(estimator.design)
     if own is not None and fidelity in FIDELITIES and own != fidelity:
         remedy = f"fingerdesign train DESIGN --fidelity {fidelity}"
-        return [Fault("--estimator", f"trained in {own}", f"one trained in {fidelity}", remedy)]
+        return [Fault("estimator", f"trained in {own}", f"one trained in {fidelity}", remedy)]
     if own is None:
         value = f"one trained on {estimator.design[:12]}"
-        bound = (
-            f"one trained on this design ({finger_key(design)[:12]}: its finger, gages and stage)"
-        )
-        return [Fault("--estimator", value, bound, remedy)]
+        key = finger_key(design)[:12]
+        bound = f"one trained on this design ({key}: its finger, gages and stage)"
+        return [Fault("estimator", value, bound, remedy)]
     return []
 
 
