@@ -171,7 +171,6 @@ def plane_strain_error(
     design: Design,
     scene: Scene | None = None,
     half_width: float | None = None,
-    chart: PlaneStrainMap | None = None,
 ) -> PlaneStrainEstimate:
     """The estimate for a straight finger whose contact is ``half_width`` (mm) half as wide, or as
     wide as ``scene`` is forecast to make it at its greatest approach. With a ``scene`` that pulls
@@ -183,7 +182,7 @@ def plane_strain_error(
     """
     _refuse_curved(design)
     half_width = _half_width(design, scene) if half_width is None else half_width
-    chart = shipped_map() if chart is None else chart
+    chart = shipped_map()
     height = float(crest_height(design.body))
     poisson = design.material_of("body").poissons_ratio
     depth, width = design.body.depth_mm / height, half_width / height
