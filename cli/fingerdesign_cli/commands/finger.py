@@ -60,7 +60,7 @@ def new() -> None:
 
     Without an option it is a copy of the shipped finger film_tees, which passes all verdicts.
     --lift, --gages and --process take the nearest finger of an atlas, whose verdicts were found in
-    3-D (`fingerdesign list atlas`). What it does not meet is printed, and the exit code is 1.
+    3-D (`fingerdesign list atlas`). What it does not meet is printed; the exit code is then 1.
     Next to it goes design.schema.json (scene.schema.json), with which editors complete and explain
     keys. Nothing is overwritten without --force. `fingerdesign list designs` names what is shipped.
     """
