@@ -104,7 +104,7 @@ def molds(folder: Path, report: Report, seeds: int, workers: int | None) -> Show
 
 
 @subcommand(
-    "The atlas that `new --lift` starts from (20 min).",
+    "The atlas that `new --lift` starts from (5 min).",
     click.option("--only", multiple=True, metavar="NAME", help="These candidates alone."),
     click.option(
         "--mesher",

@@ -180,7 +180,7 @@ def _first_moves(design: Design, lift: Lift) -> Iterator[str]:
 
     The hand learns that it holds enough one move late: preload, one normal move and, by the paper's
     rule, hold_force_N come on top of the least force. On film_tees with 50 to 500 g and rubber of 5
-    to 30 MPa this is within a tenth of the greatest ratio of the grips in plane strain.
+    to 30 MPa this is within a ninth of the greatest ratio of the grips in plane strain.
     """
     grip = design.grip
     least = lift.tangential_force_N / lift.friction_coefficient
