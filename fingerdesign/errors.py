@@ -7,8 +7,8 @@ carries *all* faults found; everything else is the failure of one stage of the w
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 _MOST_ROWS = 10  # A file of bad rows is one mistake: ten show which.
@@ -63,7 +63,8 @@ def printable(text: str) -> str:
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong with an input file: key, value, bound and remedy.
+    """One thing wrong with an input file: key, value, bound and remedy. mends: keys and values that
+    were tried and end it, where any are known.
 
     >>> str(Fault("plates.length_mm", 0.5, "at least gages.length_mm = 1.0", "lengthen the plate"))
     'plates.length_mm = 0.5: must be at least gages.length_mm = 1.0; lengthen the plate'
@@ -73,6 +74,7 @@ class Fault:
     value: object
     bound: str
     remedy: str
+    mends: Mapping[str, float] = field(default_factory=dict, compare=False, repr=False)
 
     def __str__(self) -> str:
         return f"{self.key} = {self.value}: must be {self.bound}; {self.remedy}"

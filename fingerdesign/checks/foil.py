@@ -1,13 +1,10 @@
 """Keys of a design whose plates take a gage that is sold, tried before they are reported."""
 
-import re
-
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.fitting import GageFit, gage_fit
 
-_REMEDY = re.compile(r"(plates\.\w+) to at (?:least|most) ([\d.]*\d)")
 _ROUNDS = 6  # A remedy may bring one other fault, of the base or the sides.
 
 
@@ -30,8 +27,9 @@ def gage_keys(design: Design, fit: GageFit) -> dict[str, float]:
             found = gage_fit(with_values(design, values))
             return values if found is not None and found.found is not None else {}
         except DesignError as error:
-            remedies = [match for each in error.faults for match in _REMEDY.findall(each.remedy)]
-            if not remedies:
+            tried = [pair for each in error.faults for pair in each.mends.items()]
+            mends = dict(pair for pair in tried if pair[0].startswith("plates."))
+            if not mends:
                 return {}
-            values |= {key: float(value) for key, value in remedies}
+            values |= mends
     return {}

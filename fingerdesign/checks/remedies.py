@@ -58,8 +58,10 @@ class Misplacement:
             trial = with_key(design, change.key, change.value)
             return trial is not None and find(trial) <= before - {self.key}
 
-        words = [change.words for change in self.changes() if mends(change)]
-        return Fault(self.key, self.value, self.bound, " or ".join(words) or self.otherwise)
+        found = [change for change in self.changes() if mends(change)]
+        words = " or ".join(change.words for change in found) or self.otherwise
+        tried = {change.key: change.value for change in found if change.key}
+        return Fault(self.key, self.value, self.bound, words, tried)
 
 
 def worst_by_key(findings: Iterable[Misplacement]) -> list[Misplacement]:
