@@ -69,9 +69,9 @@ def test_what_is_not_met_is_said():
     request = Request((low, high), other)
     assert distance(first, request) > distance(first, Request((low, high)))
     assert distance(first, Request((low, high))) == pytest.approx(3.0)  # Doublings.
-    printed = " ".join(unmet(first, request))
+    out = " ".join(unmet(first, request))
     for part in (f"{low:g} g", f"{high:g} g", f"{other} gages"):
-        assert part in printed
+        assert part in out
 
 
 def test_a_mold_that_is_refused_counts_and_is_said():
@@ -89,9 +89,9 @@ def test_new_writes_the_finger_that_was_verified(gages, tmp_path, terminal):
     given = ["--gages", gages] if gages else []
     meets = gages != "bought"  # No finger with gages that are bought is verified.
     code = 0 if meets else 1
-    printed = terminal("new", path, "--lift", "500g", "--process", "machined", *given, code=code).out
+    out = terminal("new", path, "--lift", "500g", "--process", "machined", *given, code=code).out
     found = nearest(Request((500.0,), gages, "machined"))
-    assert found.name in printed
+    assert found.name in out
     written = load_design(path)
     named = {"design": written.design.model_copy(update={"name": found.finger().design.name})}
     assert written.model_copy(update=named).digest() == found.digest
@@ -101,18 +101,18 @@ def test_new_writes_the_finger_that_was_verified(gages, tmp_path, terminal):
 
 def test_new_with_what_no_entry_meets_says_so_and_writes_the_nearest(tmp_path, terminal):
     path = tmp_path / "mine.toml"
-    printed = terminal("new", path, "--lift", "1..90000g", "--json", code=1).out
-    found = json.loads(printed)
+    out = terminal("new", path, "--lift", "1..90000g", "--json", code=1).out
+    found = json.loads(out)
     assert len(found["unmet"]) == 2
     assert path.is_file()
     for more in ([], ["--quiet"]):  # what was not met is a failure, and no quiet one
-        printed = terminal("new", path, "--lift", "1g", "--force", *more, code=1)
-        assert "not met: 1 g" in printed.err
+        ran = terminal("new", path, "--lift", "1g", "--force", *more, code=1)
+        assert "not met: 1 g" in ran.err
 
 
 def test_new_refuses_nonsense_with_all_faults(in_tmp_path, terminal):
-    printed = terminal("new", "a.toml", "--lift", "9..2", "--gages", "x", "--process", "y", code=2).err
-    assert [line.split(" ")[0] for line in printed.splitlines()] == ["--gages", "--process", "--lift"]
+    out = terminal("new", "a.toml", "--lift", "9..2", "--gages", "x", "--process", "y", code=2).err
+    assert [line.split(" ")[0] for line in out.splitlines()] == ["--gages", "--process", "--lift"]
     for wrong in ("light", "0", "1..2..3", "nan", "-5..1e9"):
         assert "--lift" in terminal("new", "a.toml", "--lift", wrong, code=2).err
     terminal("new", "a.toml", "--lift", "5", "--scene", code=2)
