@@ -20,19 +20,24 @@ This is a convex function, so the least one is found by weighted least squares.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.laws import lengths
-from fingerdesign.contact.problem import FREE, ContactProblem
+from fingerdesign.contact.problem import FREE, ContactProblem, ContactState, Motion
 from fingerdesign.errors import SolverError
 
 MOST_TURN_DEG = 10.0  # An object that has turned by more counts as dropped.
 # Of the moment of the weight: what the spring would carry of it at MOST_TURN_DEG, if it did not
 # rest again after each increment. A thousandth made matrices too stiff for small residuals.
 _SPRING = 0.03
+# The turn radius is that of full stick: at this friction coefficient, and sheared by this part of
+# the approach, no node slides but those at the edge that hardly press.
+_ROUGH, _SMALL_SHEAR = 10.0, 0.05
 _ITERATIONS = 1000
 _SETTLED = 1e-10  # Of the force: near a least one the place of the axis counts less.
 _STILL = 1e-9  # of the largest slip: nearer to the axis of the turn a node counts as so far off
@@ -56,6 +61,27 @@ def turning(problem: ContactProblem, centre_mm: float, tangential: float) -> Con
     return replace(problem, compliance=np.ascontiguousarray(yields), modes=modes, softness=softness)
 
 
+def turn_radius(problem: ContactProblem, approach: float) -> float:
+    """Turn radius r of a whole finger in 3-D, mm: an object a off the middle that is pressed to an
+    ``approach`` (mm) leaves 1 / (1 + (a / r)^2) of the stiffness dF_t/dx, where all sticks.
+
+    r^2 is the finger's stiffness against a turn about the normal over that against a shear.
+    Raises what :func:`turning` and solve_increment raise.
+    """
+    rough = problem.with_friction(_ROUGH)
+    arm, shear = 0.5 * float(np.abs(problem.model.points[:, 2]).max()), _SMALL_SHEAR * approach
+
+    def pulled(posed: ContactProblem) -> float:
+        start, workspace = ContactState.untouched(posed), Workspace()
+        pressed = solve_increment(posed, start, Motion(approach, 0.0), workspace)
+        sheared = solve_increment(posed, pressed.state, Motion(approach, shear), workspace)
+        return float(posed.model.total_force(sheared.force)[0])
+
+    centred = pulled(rough)
+    left = pulled(turning(rough, arm, centred)) / centred
+    return arm * math.sqrt(left / (1.0 - left))
+
+
 def carried_turning(problem: ContactProblem, normal: Array) -> tuple[float, float]:
     """F_n and F_t (N) along the stage's axes as all of a contact of normal forces (m,) N slides and
     turns. Raises SolverError where the least force is not found."""
@@ -63,15 +89,14 @@ def carried_turning(problem: ContactProblem, normal: Array) -> tuple[float, floa
     forces = normal[touching]
     bounds = problem.friction.at(touching).bound(forces)
     pull, free = problem.modes[1, touching], problem.modes[FREE][:, touching]
-    columns = np.moveaxis(free[..., 1:], 0, -1)  # (k, dim - 1, 2)
+    columns = np.moveaxis(free[..., 1:], 0, -1).reshape(-1, 2)  # of the slips, two rows a node
+    along = pull[:, 1:].ravel()
     lifts = np.einsum("m,kma->ka", forces, free[..., :1])[:, 0]
     size, before = lengths(pull[:, 1:]), np.inf
     for _ in range(_ITERATIONS):
-        weight = bounds / np.maximum(size, _STILL * size.max())
-        normal_matrix = np.einsum("k,kai,kaj->ij", weight, columns, columns)
-        right = lifts - np.einsum("k,kai,ka->i", weight, columns, pull[:, 1:])
-        found = np.linalg.solve(normal_matrix, right)
-        slip = pull[:, 1:] + columns @ found
+        weighted = (bounds / np.maximum(size, _STILL * size.max())).repeat(2)[:, None] * columns
+        found = np.linalg.solve(weighted.T @ columns, lifts - along @ weighted)
+        slip = (along + columns @ found).reshape(-1, 2)
         size = lengths(slip)
         # By their power, for the force at the axis of the turn is not known.
         carried = bounds @ size - forces @ pull[:, 0] - lifts @ found

@@ -19,6 +19,15 @@ has changed since the first pull, and the largest F_t / F_n so far, below which 
 take off another sixth. Last comes what the object does to the gages before it is pulled: it may
 lean, or be round.
 
+An object whose centre of mass is an arm a off the middle turns, and gives way: of the stiffness
+
+    1 / (1 + (a / r)^2)     r: the finger's turn radius at this depth (contact/turning.py)
+
+is left, which would look like slip. A cell that measures the torque M about the normal shows the
+arm, of all moments so far, a = sum M F_t / (sum F_t^2 + f^2), f = 0.02 N. What is left of the
+stiffness enters what is expected of the moves, and is a feature of its own: at a given friction
+the object slips the sooner, the less is left.
+
 Its file holds weights as 16-bit integers, one scale an output:
 
     w = scale q,   scale = max |w| / 32767,   |error| <= scale / 2
@@ -58,6 +67,7 @@ LAGS = (1, 4, 12)  # steps back
 LEAST_FORCE = 0.05  # N: below it there is hardly a contact
 _LEAST_MOTION = 1e-4  # mm
 _LEAST_CHANGE = 0.02  # N: A force cell does not resolve smaller changes.
+_ARM_FORCE = 0.02  # N: f of the module; tangential forces below it say little of the arm.
 _NORMAL_SHARE = 0.3  # of F_n's change counts as much as F_t's
 _NO_FILE = "it is not a file that `fingerdesign train` wrote"
 _INVALID = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
@@ -67,6 +77,7 @@ _CURVES = {  # key of the file: field of FingerCurves
     "sticking_microstrain_per_N": "sticking",
     "approach_mm": "approach",
     "stiffness_N_per_mm": "stiffness",
+    "turn_radius_mm": "turn_radius",
 }
 _LEAST_RESPONSE = 1e-6  # microstrain/N
 # A gage is dead where so many samples in a row are nearly nothing, and the finger pressed alone
@@ -101,7 +112,8 @@ class FingerCurves:
 
     normal_force (c,) N rising from 0; pressed (c, g) microstrain under it alone; sticking (c, g)
     microstrain per N of F_t, signed, for a small shear where nothing slips; approach (c,) mm, of
-    the press; stiffness (c,) dF_t/dx of the small shear, N/mm.
+    the press; stiffness (c,) dF_t/dx of the small shear, N/mm; turn_radius (c,) mm, of the
+    model, for no bench measures it; 0: it is not known, and no torque counts.
     """
 
     normal_force: Array
@@ -109,6 +121,7 @@ class FingerCurves:
     sticking: Array
     approach: Array
     stiffness: Array
+    turn_radius: Array
 
     @staticmethod
     def of(calibration: Calibration) -> FingerCurves:
@@ -122,7 +135,13 @@ class FingerCurves:
             np.array([sticking.at(each) for each in near]),
             calibration.approach,
             np.interp(near, sheared, calibration.stiffness),
+            np.zeros_like(force),
         )
+
+    def turning_as(self, model: FingerCurves) -> FingerCurves:
+        """The same with a model's turn radius, which depends on the depth alone."""
+        radius = np.interp(self.approach, model.approach, model.turn_radius)
+        return replace(self, turn_radius=radius)
 
     def at(self, normal_force: float) -> tuple[Array, Array]:
         """``pressed`` and ``sticking`` (g,) at a force; past either end the nearest."""
@@ -137,13 +156,23 @@ class FingerCurves:
 
         return between(self.pressed), between(self.sticking)
 
-    def expected(self, normal_force: float, dx: float, dy: float) -> tuple[float, float]:
-        """Rise of F_n and F_t, N, where moves on from a force and nothing slips."""
+    def expected(
+        self, normal_force: float, dx: float, dy: float, arm: float = 0.0
+    ) -> tuple[float, float]:
+        """Rise of F_n and F_t, N, where moves on from a force and nothing slips. arm (mm): of the
+        object's weight."""
         force = self.normal_force
         depth = float(np.interp(normal_force, force, self.approach)) + dy
         after = float(np.interp(depth, self.approach, force))
-        stiffness = float(np.interp(0.5 * (normal_force + after), force, self.stiffness))
-        return after - normal_force, stiffness * dx
+        middle = 0.5 * (normal_force + after)
+        stiffness = float(np.interp(middle, force, self.stiffness))
+        return after - normal_force, stiffness * self.left_by_turn(middle, arm) * dx
+
+    def left_by_turn(self, normal_force: float, arm: float) -> float:
+        """Share of the stiffness that an object leaves with its weight an arm (mm) off the middle;
+        1 where the turn radius is not known."""
+        radius = float(np.interp(normal_force, self.normal_force, self.turn_radius))
+        return 1.0 / (1.0 + (arm / radius) ** 2) if radius > 0.0 else 1.0
 
 
 @dataclass(frozen=True)
@@ -205,7 +234,7 @@ class GripEstimator:
     def on_rig(self, calibration: Calibration) -> GripEstimator:
         """The same for a rig that knows its own finger, whatever gains, moduli and places came out
         as."""
-        return replace(self, curves=FingerCurves.of(calibration))
+        return replace(self, curves=FingerCurves.of(calibration).turning_as(self.curves))
 
     @property
     def gages(self) -> int:
@@ -298,8 +327,11 @@ def _curve_faults(curves: FingerCurves, gages: int) -> Iterator[str]:
         yield "the curves' normal forces do not rise from 0 or more"
     if not curves.pressed.shape == curves.sticking.shape == (points, gages):
         yield "the curves are not of one shape"
-    if not curves.approach.shape == curves.stiffness.shape == (points,):
+    of_depth = (curves.approach, curves.stiffness, curves.turn_radius)
+    if not all(each.shape == (points,) for each in of_depth):
         yield "the curves are not of one shape"
+    elif (curves.turn_radius < 0.0).any():
+        yield "a turn radius is below 0"
     elif (np.diff(curves.approach) < 0.0).any() or (curves.stiffness < _LEAST_SINGLE).any():
         yield "the curves' approaches fall, or a stiffness is not above 0"
     if not curves.sticking.any():
@@ -381,12 +413,12 @@ def standardised(rows: Array, center: Array, scale: Array) -> Array:
 
 def feature_count(gages: int) -> int:
     """Number of features of ``gages`` readings."""
-    return 2 * gages + 4 + (len(LAGS) + 1) * (gages + 7)
+    return 2 * gages + 5 + (len(LAGS) + 1) * (gages + 7)
 
 
 def readings_at(gages: int) -> list[int]:
     """Places at which ``gages`` features of a kind begin that are the gages' own."""
-    changes = [gages + 4 + k * (gages + 7) for k in range(len(LAGS) + 1)]
+    changes = [gages + 5 + k * (gages + 7) for k in range(len(LAGS) + 1)]
     return [0, *changes, feature_count(gages) - gages]
 
 
@@ -401,12 +433,13 @@ def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> A
     touch = history[start].sample
     before = max(touch.normal_force, LEAST_FORCE)
     scale_then, alone_then = _scale(curves, before)
+    arm = _arm(history)
     parts: list[Any] = [
         known * (now.readings - alone) / (scale * pressed),
         [math.log(pressed), now.tangential_force / pressed, math.log(noise + 0.1)],
-        [max(0.0, *(_ratio(each.sample) for each in history))],
+        [max(0.0, *(_ratio(each.sample) for each in history)), curves.left_by_turn(pressed, arm)],
         *(
-            _changes(history[first:], curves, (scale, alone), known)
+            _changes(history[first:], curves, (scale, alone, arm), known)
             for first in (*(max(last - lag, 0) for lag in LAGS), start)
         ),
         # How the object lies, leans and bends: what a plane would not cause.
@@ -430,6 +463,14 @@ def _ratio(sample: Sample) -> float:
     return sample.tangential_force / max(sample.normal_force, LEAST_FORCE)
 
 
+def _arm(history: Sequence[Moment]) -> float:
+    """The arm of the object's weight, mm: torque over F_t; 0 of a cell without torque."""
+    samples = [each.sample for each in history]
+    force = np.array([each.tangential_force for each in samples])
+    torque = np.array([each.torque or 0.0 for each in samples])
+    return float(torque @ force) / (float(force @ force) + _ARM_FORCE**2)
+
+
 def _scale(curves: FingerCurves, pressed: float) -> tuple[float, Array]:
     """The strongest gage's response to a shear where all sticks, microstrain/N, and the readings
     under a normal force alone."""
@@ -444,14 +485,14 @@ def _before_pull(history: Sequence[Moment]) -> int:
 
 
 def _changes(
-    history: Sequence[Moment], curves: FingerCurves, last: tuple[float, Array], known: Array
+    history: Sequence[Moment], curves: FingerCurves, last: tuple[float, Array, float], known: Array
 ) -> Array:
     """Changes from the first to the last of these moments: gages, then seven of the forces and
-    moves. last: :func:`_scale` of the last moment."""
-    scale, alone = last
+    moves. last: :func:`_scale` of the last moment, and the arm so far."""
+    scale, alone, arm = last
     before, now, moved = history[0].sample, history[-1].sample, history[1:]
     dx, dy = sum(each.dx for each in moved), sum(each.dy for each in moved)
-    rising, pulling = curves.expected(before.normal_force, dx, dy)
+    rising, pulling = curves.expected(before.normal_force, dx, dy, arm)
     along = sum(abs(each.dx) for each in moved)
     way = max(along + sum(abs(each.dy) for each in moved), _LEAST_MOTION)
     rise = now.normal_force - before.normal_force

@@ -6,17 +6,19 @@ A network goes on as it is: features that it was not trained on get the weight 0
     1, 2    approach and stiffness of the finger's curves               no: files hold neither
     3       the largest F_t / F_n so far, changes since the first pull  yes
     4       a predicted error of the utilisation                        yes
+    5       the share of the stiffness that a turn leaves               yes, without a turn radius
 
 In format 4 and before, the standard deviation is known by the utilisation itself, so that is copied
 as the third output. A gage that has fallen silent counts as its mean in training, as now.
 """
 
+from base64 import b64decode, b64encode
 from typing import Any
 
 import numpy as np
 
 NAME = "fingerdesign grip estimator, "
-PRESENT = 5
+PRESENT = 6
 OLDEST = 3
 _LAGS, _FORCES = 3, 7  # Steps back, and features of each that are not the gages' own.
 _NO_CURVES = "it holds neither approach nor stiffness of the finger"
@@ -45,20 +47,39 @@ def present_record(record: dict[str, Any]) -> dict[str, Any]:
     gages = len(record["curves"]["pressed_microstrain"][0])
     if int(number) < 4:
         bands = [_with_features(band, gages) for band in bands]
-    if int(number) < PRESENT:
+    if int(number) < 5:
         bands = [_with_error(band) for band in bands]
+    if int(number) < PRESENT:
+        bands = [_with_turn(band, gages) for band in bands]
+        unknown = [0.0] * len(record["curves"]["approach_mm"])
+        record = record | {"curves": record["curves"] | {"turn_radius_mm": unknown}}
     return record | {"format": f"{NAME}{PRESENT}", "bands": bands}
 
 
 def _with_features(band: dict[str, Any], gages: int) -> dict[str, Any]:
     """Add the largest F_t / F_n, and the changes since the first pull, with no weight."""
     ratio, since = gages + 3, gages + 3 + _LAGS * (gages + _FORCES)
-    places = [ratio, *[since] * (gages + _FORCES)]
+    return _with_rows(band, [ratio, *[since] * (gages + _FORCES)])
+
+
+def _with_turn(band: dict[str, Any], gages: int) -> dict[str, Any]:
+    """Add the share of the stiffness that a turn leaves, with no weight."""
+    return _with_rows(band, [gages + 4])
+
+
+def _with_rows(band: dict[str, Any], places: list[int]) -> dict[str, Any]:
+    """Add features before these places, with no weight."""
     first, *later = band["layers"]
-    weight = np.insert(np.array(first["weight"], dtype=float), places, 0.0, axis=0)
     center = np.insert(np.array(band["center"], dtype=float), places, 0.0)
     scale = np.insert(np.array(band["scale"], dtype=float), places, 1.0)
-    layers = [first | {"weight": weight.tolist()}, *later]
+    if "weight" in first:
+        weight = np.insert(np.array(first["weight"], dtype=float), places, 0.0, axis=0)
+        own = {"weight": weight.tolist()}
+    else:
+        coded = np.frombuffer(b64decode(first["weight_base64"], validate=True), "<i2")
+        rows = np.insert(coded.reshape(-1, len(first["weight_scale"])), places, 0, axis=0)
+        own = {"weight_base64": b64encode(rows.tobytes()).decode("ascii")}
+    layers = [first | own, *later]
     return band | {"layers": layers, "center": center.tolist(), "scale": scale.tolist()}
 
 

@@ -53,13 +53,15 @@ class NormalCalibration:
 class Sample:
     """A hand's measurements at one instant: readings (g,) microstrain, its own two forces in N.
 
-    lifted: the object has left its support, which a hand sees by its rising.
+    lifted: the object has left its support, which a hand sees by its rising. torque: about +y
+    through the contact's middle, N mm; None of a cell that does not measure it.
     """
 
     readings: Array
     normal_force: float
     tangential_force: float
     lifted: bool = False
+    torque: float | None = None
 
 
 def response(before: Sample, now: Sample, calibration: NormalCalibration | None = None) -> Array:

@@ -42,6 +42,7 @@ LATER: dict[str, Any] = {
     "drop_mm": 10.0,
     "actuator_lag_s": 0.0,
     "off_centre_mm": 0.0,
+    "torque_noise_Nmm": None,
 }
 
 

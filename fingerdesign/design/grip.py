@@ -138,6 +138,14 @@ class HardwareTable(Table):
     warming_time_s: float = positive(3.0, 1e6, "time constant of that")
     quantisation_microstrain: float = bounded(0.0, 0, 1e5, "step of the converter; 0: none")
     force_noise_N: float = bounded(0.0, 0, 1e5, "standard deviation of one sample of either force")
+    torque_noise_Nmm: float | None = bounded(
+        None,
+        0,
+        1e5,
+        "standard deviation of one sample of the torque about the contact's normal; without it the "
+        "force cell has two axes alone",
+        example=0.05,
+    )
     force_gain_spread: float = bounded(
         0.0, 0, 1, "standard deviation of the two force cells' relative gain errors"
     )
@@ -162,11 +170,12 @@ class HardwareTable(Table):
         as gages are zeroed between, and none dies. Gains, cross-talk, dead gages and the stage are
         unchanged.
         """
-        fall = 1.0 / np.sqrt(samples)
+        fall, torque = 1.0 / np.sqrt(samples), self.torque_noise_Nmm
         rested = {
             "gage_noise_microstrain": float(self.gage_noise_microstrain * fall),
             "gage_noise_microvolt_per_V": float(self.gage_noise_microvolt_per_V * fall),
             "force_noise_N": float(self.force_noise_N * fall),
+            "torque_noise_Nmm": torque if torque is None else float(torque * fall),
             "drift_microstrain_per_s": 0.0,
             "warming_microstrain": 0.0,
             "dying_gages": (),

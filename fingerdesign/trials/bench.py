@@ -36,7 +36,7 @@ from fingerdesign.trials.grid import (
     Cell,
     ControlGrid,
     Tug,
-    faults_by_label,
+    faults_of,
     seed_of,
     steps_in,
 )
@@ -238,7 +238,7 @@ class PerturbedBench:
     def _rig(self, cell: Cell) -> GripBench:
         """The bench of the finger that is drawn for a cell. Raises FingerDesignError."""
         seed = self.grid.plant_seed(cell.fault, cell.plant)
-        found = perturb(self.design, faults_by_label()[cell.fault], seed)
+        found = perturb(self.design, faults_of(cell.fault), seed)
         bench, gripping = perturbed_problems(found, self.fidelity)
         return GripBench(
             bench,

@@ -82,7 +82,7 @@ class Cell:
 class Perturbed:
     """Fingers drawn with faults in place of the model's own.
 
-    faults: labels of :func:`faults_by_label`; plants: fingers of each; lifts: objects a finger,
+    faults: labels, see :func:`faults_of`; plants: fingers of each; lifts: objects a finger,
     friction and weight drawn between the ends of the grid's axes.
     """
 
@@ -96,9 +96,19 @@ class Perturbed:
         return tuple(dict.fromkeys(self.faults or (NONE, *ALL, EVERY)))
 
 
-def faults_by_label() -> dict[str, tuple[str, ...]]:
-    """The faults of each label."""
-    return {NONE: (), **{name: (name,) for name in FAULTS}, EVERY: ALL}
+LABELS = (NONE, *FAULTS, EVERY)
+
+
+def faults_of(label: str) -> tuple[str, ...]:
+    """The faults of a label: one of LABELS, or some of them joined by plus signs.
+
+    Raises KeyError for another one.
+
+    >>> faults_of("gains+off_centre")
+    ('gains', 'off_centre')
+    """
+    of = {NONE: (), EVERY: ALL, **{name: (name,) for name in FAULTS}}
+    return tuple(dict.fromkeys(name for part in label.split("+") for name in of[part]))
 
 
 @dataclass(frozen=True)
@@ -191,11 +201,11 @@ class ControlGrid:
         found += _axis_faults("--mass-g", self.masses_g, 1e5)
         found += _axis_faults("--noise", self.noises, 1e4, zero=True)
         if self.perturbed is not None:
-            known = faults_by_label()
+            bound = f"one of {', '.join(LABELS)}, or some of them joined by +"
             found += [
-                Fault("--fault", name, f"one of {', '.join(known)}", "correct it")
-                for name in self.perturbed.labels
-                if name not in known
+                Fault("--fault", label, bound, "correct it")
+                for label in self.perturbed.labels
+                if not set(label.split("+")) <= set(LABELS)
             ]
         if self.cells_of_one > _MOST_GRIPS:
             bound = f"at most {_MOST_GRIPS} grips a controller"

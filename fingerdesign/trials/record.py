@@ -13,7 +13,7 @@ from fingerdesign.control.foresight import CLEARLY
 from fingerdesign.records.base import Count, Size, closed, csv_text
 from fingerdesign.records.result import MOST_FORCE
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.grid import GOOD_AMPLIFIER, SEALED_SEED, ControlGrid, faults_by_label
+from fingerdesign.trials.grid import GOOD_AMPLIFIER, SEALED_SEED, ControlGrid, faults_of
 from fingerdesign.trials.summary import (
     FaultSummary,
     NoiseSummary,
@@ -312,9 +312,8 @@ def conditions_data(grid: ControlGrid, trained_on: str | None = None) -> Conditi
     tug = None if grid.tug is None else asdict(grid.tug) | {"noise_microstrain": grid.tug_noise}
     perturbed: PerturbedData | None = None
     if (own := grid.perturbed) is not None:
-        known = faults_by_label()
         perturbed = {
-            "faults": {label: known[label] for label in own.labels},
+            "faults": {label: faults_of(label) for label in own.labels},
             "plants": own.plants,
             "lifts_a_plant": own.lifts,
             "trained_on": trained_on,

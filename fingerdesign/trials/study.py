@@ -45,7 +45,7 @@ from fingerdesign.trials.grid import (
     GOOD_AMPLIFIER,
     Cell,
     ControlGrid,
-    faults_by_label,
+    faults_of,
     refuse,
     seed_of,
 )
@@ -146,7 +146,7 @@ def run_study(
         design=design.design.name,
         digest=digest,
         model=_model_data(bench),
-        hardware=design.grip.hardware.model_dump(exclude=VARIED),
+        hardware=design.grip.hardware.model_dump(exclude=VARIED, exclude_none=True),
         warning_stick_ratio=design.grip.warning_stick_ratio,
         trained_on=None if bench.estimator is None else bench.estimator.design,
         tuning=tuning,
@@ -182,8 +182,7 @@ def run_lifts(
 def _refuse_perturbed(design: Design, grid: ControlGrid, fidelity: Fidelity) -> None:
     """Raise DesignError where a design's finger cannot be drawn with the grid's faults."""
     if grid.perturbed is not None:
-        known = faults_by_label()
-        names = {name for label in grid.perturbed.labels for name in known[label]}
+        names = {name for label in grid.perturbed.labels for name in faults_of(label)}
         refuse_faults(design, names, fidelity)
         gripped_case(design, fidelity)
 

@@ -30,7 +30,9 @@ def estimator(tmp_path):
     """``estimator(key)``: the file of one that was taught nothing: its numbers mean nothing."""
     gages, rng = 5, np.random.default_rng(0)
     forces, ones = np.array([0.0, 5.0]), np.full((2, gages), 1.0)
-    curves = FingerCurves(forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0))
+    curves = FingerCurves(
+        forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0), np.zeros(2)
+    )
     count = feature_count(gages)
     layer = Layer(0.003 * rng.standard_normal((count, 3)), np.array([0.7, 0.4, 0.1]))
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))

@@ -9,7 +9,7 @@ from fingerdesign.contact.gross_slip import coefficient_under
 from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactState, contact_problem
-from fingerdesign.contact.turning import carried_turning, turning
+from fingerdesign.contact.turning import carried_turning, turn_radius, turning
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import bump
 
@@ -44,6 +44,20 @@ def test_the_moment_is_that_of_the_force_at_its_centre(slide):
         measured = measure(problem, increment)
         assert measured.twist_moment == pytest.approx(CENTRE * measured.tangential_force, rel=2e-3)
         assert abs(measured.force_z) < 1e-3 * measured.tangential_force
+
+
+def test_the_turn_radius_tells_what_is_left_of_the_stiffness_at_any_arm():
+    """Of a sticking contact: the object turns about its centre as a rigid body on two springs."""
+    problem = posed(friction=10.0)
+    radius = turn_radius(problem, DEPTH)
+    pulled = []
+    for arm in (0.0, 0.2, -0.2, 0.6):
+        turned = turning(problem, arm, WEIGHT)
+        *_, found = sheared(turned, [1e-4])
+        pulled.append(measure(turned, found).tangential_force)
+    left = np.array(pulled) / pulled[0]
+    expected = [1.0 / (1.0 + (arm / radius) ** 2) for arm in (0.0, 0.2, -0.2, 0.6)]
+    assert left == pytest.approx(expected, rel=0.02)
 
 
 def test_a_slide_ends_at_what_limit_analysis_says(slide):

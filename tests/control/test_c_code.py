@@ -19,7 +19,7 @@ from fingerdesign.control.plants.plant import CondensedPlant, press
 from fingerdesign.control.roster import Object
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip
-from tests.support.singles import CURVES, SingleRegulator
+from tests.support.singles import CURVES, RADIUS, SingleRegulator
 
 COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
 FLAGS = ["-std=c99", "-O2", "-ffp-contract=off", "-fno-fast-math", "-Wall", "-Wextra", "-Werror"]
@@ -27,6 +27,13 @@ PAGE = Path(__file__).parents[2] / "docs/how_to/control.md"
 GAGES, CROSS_TALK = 11, 0.02
 GRIP = Grip(approach_step_mm=0.002)
 S = np.float32
+TABLES = *CURVES, RADIUS
+
+
+def of_rig(bench):
+    """The curves of a rig, with a turn radius that grows with the depth."""
+    curves = FingerCurves.of(bench)
+    return replace(curves, turn_radius=np.linspace(2.0, 3.0, len(curves.approach)))
 
 
 def estimator(curves, hidden=(24, 12), seed=0):
@@ -53,6 +60,7 @@ class Curves(ctypes.Structure):
         ("points", ctypes.c_int),
         *((name, ctypes.c_void_p) for name in CURVES),
         ("cross_talk", ctypes.c_float),
+        (RADIUS, ctypes.c_void_p),
     )
 
 
@@ -69,12 +77,14 @@ class Compiled:
         self._state = ctypes.create_string_buffer(1 << 16)
 
     def init(self, curves, delay, stiffness, cross_talk=CROSS_TALK):
-        self._held = [np.ascontiguousarray(getattr(curves, name), dtype=S) for name in CURVES]
-        table = Curves(len(curves.approach), *(each.ctypes.data for each in self._held), cross_talk)
+        self._held = [np.ascontiguousarray(getattr(curves, name), dtype=S) for name in TABLES]
+        *tables, radius = (each.ctypes.data for each in self._held)
+        table = Curves(len(curves.approach), *tables, cross_talk, radius)
         given = ctypes.byref(table), delay, ctypes.c_float(stiffness)
         return self._library.regulator_init(self._state, *given)
 
-    def step(self, readings, normal, tangential, lifted):
+    def step(self, readings, normal, tangential, lifted, torque=0.0):
+        self._library.regulator_torque(self._state, ctypes.c_float(torque))
         felt, answer = S(readings), np.full(6, np.nan, dtype=S)
         forces = ctypes.c_float(normal), ctypes.c_float(tangential)
         at, to = (ctypes.c_void_p(each.ctypes.data) for each in (felt, answer))
@@ -87,18 +97,21 @@ class Compiled:
 def compiled(tmp_path_factory, bench):
     if COMPILER is None:
         pytest.skip("no C compiler here (cc, gcc or clang): the C file was not run")
-    return Compiled(tmp_path_factory.mktemp("c"), estimator(FingerCurves.of(bench)))
+    return Compiled(tmp_path_factory.mktemp("c"), estimator(of_rig(bench)))
 
 
 @pytest.mark.parametrize("delay", [0, 3])
 def test_a_grip_goes_the_same_way(half_plane, compiled, bench, delay):
     plant, rng = CondensedPlant(half_plane, "both"), np.random.default_rng(1)
     *_, sample = press(plant, 0.04, 0.01)
-    pair, late, moved = Pair(compiled, bench, delay, sample), [sample] * delay, set()
+    late, moved = [sample] * delay, set()
     for k in range(130):
         noisy = sample.readings + 0.5 * rng.standard_normal(GAGES)
         pull = sample.tangential_force * (1.3 if k > 110 else 1.0)
-        felt = Sample(S(noisy).astype(float), sample.normal_force, pull, k > 100)
+        torque = float(S(1.5 * pull + 0.05 * rng.standard_normal()))  # an arm of 1.5 mm
+        felt = Sample(S(noisy).astype(float), sample.normal_force, pull, k > 100, torque)
+        if k == 0:
+            pair = Pair(compiled, bench, delay, felt)
         command, found = pair.step(felt)
         moved.add((command.dx > 0.0, command.dy > 0.0))
         late.append(plant.move(*found[:2].tolist()))
@@ -113,12 +126,17 @@ def test_whatever_is_felt_the_answers_are_the_same(compiled, bench):
         k = step % 50  # a grip
         normal = abs(normal + 0.1 * most * rng.standard_normal()) % (1.5 * most) if k != 20 else 0.0
         readings = S(10.0 ** rng.uniform(-3, 3) * rng.standard_normal(GAGES)).astype(float)
-        felt = Sample(readings, normal, normal * rng.uniform(-0.1, 0.8), k > 40)
+        torque = float(S(rng.standard_normal()))
+        felt = Sample(readings, normal, normal * rng.uniform(-0.1, 0.8), k > 40, torque)
         if k == 0:
             pair = Pair(compiled, bench, step // 50, felt)
         if k == 30:  # a cable has come off: nothing is felt, and nothing moves
             nothing = np.full(GAGES, np.nan), normal, felt.tangential_force, felt.lifted
             assert not compiled.step(*nothing)[:2].any()
+            assert compiled.status == 1
+            pair.miss()
+        if k == 31:
+            assert not compiled.step(readings, normal, 0.0, felt.lifted, np.nan)[:2].any()
             assert compiled.status == 1
             pair.miss()
         answers.append(pair.step(felt)[1])
@@ -148,11 +166,11 @@ def test_a_friction_that_is_hardly_known_counts_for_half_at_least(tmp_path, benc
 
 
 def test_what_cannot_be_is_refused(compiled, bench):
-    curves = FingerCurves.of(bench)
+    curves = of_rig(bench)
     falling = FingerCurves(curves.normal_force[::-1], *list(vars(curves).values())[1:])
     for wrong in [(curves, -1, 1.0), (curves, 121, 1.0), (curves, 0, 0.0), (falling, 0, 1.0)]:
         assert compiled.init(*wrong) == 1
-    for name in CURVES:
+    for name in TABLES:
         broken = {**vars(curves), name: np.where(vars(curves)[name] > 0.0, np.inf, 0.0)}
         assert compiled.init(FingerCurves(**broken), 0, 1.0) == 1
     assert compiled.init(curves, 0, np.inf) == 1
@@ -163,7 +181,7 @@ def test_it_fits_into_64_kB_and_the_page_calls_it(tmp_path):
     if COMPILER is None:
         pytest.skip("no C compiler here (cc, gcc or clang): the C file was not measured")
     ones = np.ones((2, 15))
-    curves = FingerCurves(ones[:, 0], ones, ones, ones[:, 0], ones[:, 0])
+    curves = FingerCurves(ones[:, 0], ones, ones, *[ones[:, 0]] * 3)
     for name, text in c_files(estimator(curves, (128, 64)), GRIP).items():
         (tmp_path / name).write_text(text)
     (tmp_path / "hand.c").write_text(re.search("```c\n(.*?)```", PAGE.read_text(), re.S)[1])
@@ -188,7 +206,7 @@ class Pair:
     """The same grip in C and by the controller, which makes the moves of the C file."""
 
     def __init__(self, compiled, bench, delay, first):
-        curves = FingerCurves.of(bench)
+        curves = of_rig(bench)
         assert compiled.init(curves, delay, bench.tangential_stiffness) == 0
         self.compiled, self.delay = compiled, delay
         self.calibration = replace(bench, delay=delay, cross_talk=CROSS_TALK)
@@ -199,7 +217,7 @@ class Pair:
 
     def step(self, felt):
         """The command of the controller and the answer of the C file: of equal bits in singles."""
-        given = felt.readings, felt.normal_force, felt.tangential_force, felt.lifted
+        given = felt.readings, felt.normal_force, felt.tangential_force, felt.lifted, felt.torque
         settling = self.hand._settling > 0
         found = self.compiled.step(*given)
         command = self.hand.command(self.calibration.corrected(felt))

@@ -33,6 +33,7 @@ CURVES = FingerCurves(
     np.full((3, GAGES), 10.0),
     np.array([0.0, 0.03, 0.06]),
     np.full(3, 10.0),
+    np.array([3.0, 3.0, 5.0]),
 )
 
 
@@ -101,6 +102,7 @@ def test_what_is_no_estimator_is_refused(text):
         (("curves", "normal_force_N"), [-2.0, -1.0, 1.0]),
         (("curves", "approach_mm"), [3.0, 2.0, 1.0]),
         (("curves", "stiffness_N_per_mm"), [-1.0, 1.0, 1.0]),
+        (("curves", "turn_radius_mm"), [-1.0, 1.0, 1.0]),
         (("curves", "sticking_microstrain_per_N"), [[1.0], [1.0], [1.0]]),
         (("bands",), []),
         (("bands", 0, "most_noise_microstrain"), 20.0),
@@ -135,12 +137,34 @@ def test_features_of_known_samples():
         found = features([moment(share, 0.0, readings=share * np.arange(1, 4))], CURVES, 0.5)
         assert found[:GAGES] == pytest.approx(0.0)
     pulled = moment(1.0, 0.2, readings=[3.0, 4.0, 5.0])  # 10 microstrain/N times 0.2 N more
-    change = features([moment(1.0, 0.0), pulled], CURVES, 0.5)[GAGES + 4 : 2 * GAGES + 4]
+    change = features([moment(1.0, 0.0), pulled], CURVES, 0.5)[GAGES + 5 : 2 * GAGES + 5]
     assert change == pytest.approx(0.2 / 0.22)  # 0.02 N are added to every change of force
     for force, missing in ((0.2, 0.0), (0.1, -0.1 / 0.12)):
         found = features([moment(1.0, 0.0), moment(1.0, force, dx=0.02)], CURVES, 0.5)
-        assert found[2 * GAGES + 4 + 3] == pytest.approx(missing, abs=1e-12)
+        assert found[2 * GAGES + 5 + 3] == pytest.approx(missing, abs=1e-12)
         assert len(found) == feature_count(GAGES)
+
+
+def test_an_object_that_turns_gives_way_as_its_torque_shows():
+    """At an arm of the turn radius half of the stiffness is left: a rise of 0.1 N for 0.02 mm at 10
+    N/mm is then no slip. Without torque, or without a turn radius, it is."""
+    weight = 0.1**2 / (0.1**2 + 0.02**2)  # of the arm that 0.1 N show
+    part = 1.0 / (1.0 + weight**2)
+    pulled = replace(moment(1.0, 0.1, dx=0.02).sample, torque=0.3)
+    history = [moment(1.0, 0.0), Moment(pulled, 0.02, 0.0)]
+    for curves, torque, left in (
+        (CURVES, 0.3, part),
+        (CURVES, -0.3, part),
+        (CURVES, None, 1.0),
+        (replace(CURVES, turn_radius=np.zeros(3)), 0.3, 1.0),
+    ):
+        own = [history[0], replace(history[1], sample=replace(pulled, torque=torque))]
+        found = features(own, curves, 0.5)
+        assert found[GAGES + 4] == pytest.approx(left)
+        assert found[2 * GAGES + 5 + 3] == pytest.approx((0.1 - 0.2 * left) / 0.12)
+    # On a rig the model's radius is taken at the rig's own depth.
+    deep = replace(CURVES, approach=2.0 * CURVES.approach).turning_as(CURVES)
+    assert deep.turn_radius == pytest.approx([3.0, 5.0, 5.0])
 
 
 def test_features_are_of_the_touch_the_lags_and_the_way_since_the_pull():

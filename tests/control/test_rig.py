@@ -268,7 +268,7 @@ class Ramp:
     def move(self, dx, dy):
         self.x += dx
         self.y += dy
-        return Sample(self.factors * self.x, self.y, self.x, lifted=self.x > 0.5)
+        return Sample(self.factors * self.x, self.y, self.x, lifted=self.x > 0.5, torque=0.0)
 
     def truth(self):
         return Truth(self.y, self.x, self.y, self.x, 0.5, 0.0, False)
@@ -385,6 +385,8 @@ def test_at_rest_the_mean_of_many_samples_is_left():
     hardware = Hardware(**noisy, **lasting, dead_gages=(3,), delay_samples=4, actuator_lag_s=0.1)
     rest = hardware.at_rest(100)
     assert (rest.gage_noise_microstrain, rest.force_noise_N) == pytest.approx((0.2, 0.05))
+    assert rest.torque_noise_Nmm is None
+    assert Hardware(torque_noise_Nmm=0.5).at_rest(100).torque_noise_Nmm == pytest.approx(0.05)
     assert (rest.drift_microstrain_per_s, rest.delay_samples) == (0.0, 0)
     assert rest.actuator_lag_s == 0.0
     assert np.array_equal(rest.gains(range(5)), hardware.gains(range(5)))
@@ -456,6 +458,10 @@ def test_noise_has_its_size_and_its_seed_and_the_truth_has_none():
     assert np.std([s.normal_force for s in samples]) == pytest.approx(0.02, rel=0.1)
     assert np.std([s.tangential_force for s in samples]) == pytest.approx(0.02, rel=0.1)
     assert plant.truth().normal_force == 0.0
+    assert {s.torque for s in samples} == {None}  # its cell has two axes
+    cell = imperfect(torque_noise_Nmm=0.1)
+    torques = [cell.move(0.0, 0.0).torque for _ in range(2000)]
+    assert np.std(torques) == pytest.approx(0.1, rel=0.1)
     one, same, other, louder = (
         read(imperfect(seed, gage_noise_microstrain=level))
         for seed, level in ((3, 1.0), (3, 1.0), (4, 1.0), (3, 10.0))

@@ -1,5 +1,7 @@
 """Lifts of an object off the middle: it turns, slips sooner, and may turn too far."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,9 @@ from fingerdesign.control.plants.plant import press, safety_margin
 from fingerdesign.control.plants.slide import Inertia
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError
+from fingerdesign.sensing.train.paths import random_grip_path
+from fingerdesign.sensing.train.result import settings_of
+from fingerdesign.sensing.train.samples import finger_curves, sample, with_turn_radius
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import bump
 
@@ -153,15 +158,45 @@ def test_the_forecast_of_the_force_against_models():
         assert lift_force(design, friction, 1.0, mass_g) == pytest.approx(force, rel=0.21)
 
 
-def test_an_oracle_holds_an_object_off_the_middle_on_a_real_finger():
-    """On a coarse one: its margin is 1.2 of the force that limit analysis gives, and it is held.
-    `bench suite` has film_tees."""
+@pytest.fixture(scope="module")
+def coarse():
+    """A design of a coarse finger, and its problem in 3-D, whole."""
     from fingerdesign.sensing.model import grip_problem
 
-    coarse = {"mesh.layers": 1, "mesh.section.plate_size_mm": 0.6, "grip.max_approach_mm": 0.6}
-    values = {"grip.controller": "oracle_1.2", "plates.count": 5} | coarse
+    mesh = {"mesh.layers": 1, "mesh.section.plate_size_mm": 0.6, "grip.max_approach_mm": 0.6}
+    values = {"grip.controller": "oracle_1.2", "plates.count": 5} | mesh
     design = with_values(load_design("sensitive"), OFF_CENTRE | values)
-    problem = grip_problem(design, "3d", contact_size_mm=0.8)
+    return design, grip_problem(design, "3d", contact_size_mm=0.8)
+
+
+def test_training_meets_objects_that_turn(coarse):
+    """Their utilisation counts by the least force that friction carries of the turn, the torque is
+    that of their arm, and the curves have the turn radius where the cell measures torque."""
+    design, problem = coarse
+    settings = replace(settings_of(design), torque_noise=1e-9)
+    path = random_grip_path(turning(problem, 6.0, 1.0), settings, np.random.default_rng(1))
+    ratios = np.array([each.slip_ratio for each in path.truths if each.slip_ratio])
+    assert (ratios < 0.8 * path.friction_coefficient).all()
+    assert 0.8 < max(path.friction_utilisation) < 1.02  # held, or just slipping
+    samples = [each.sample for each in path.moments if each.sample.tangential_force > 0.1]
+    arms = [each.torque / each.tangential_force for each in samples]
+    assert arms == pytest.approx([6.0] * len(arms), rel=0.02)
+    curves = finger_curves(problem, "both", settings.bounds)
+    known = with_turn_radius(curves, problem, settings)
+    without = with_turn_radius(curves, problem, replace(settings, torque_noise=None))
+    assert (known.turn_radius > 1.0).all()
+    assert not without.turn_radius.any()
+    inputs, _ = sample(path, known, settings, np.random.default_rng(0), 0.5)
+    force = samples[-1].normal_force
+    expected = known.left_by_turn(force, 6.0)
+    assert expected < 0.8
+    assert inputs[-1, curves.pressed.shape[1] + 4] == pytest.approx(expected, rel=0.05)
+
+
+def test_an_oracle_holds_an_object_off_the_middle_on_a_real_finger(coarse):
+    """On a coarse one: its margin is 1.2 of the force that limit analysis gives, and it is held.
+    `bench suite` has film_tees."""
+    design, problem = coarse
     assert problem.model.symmetry_factor == 1
     (episode,) = run_episodes(problem, design, [0.8], 100.0)
     result = episode.result

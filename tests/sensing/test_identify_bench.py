@@ -70,7 +70,7 @@ def moved(design, plate, way):
 def estimator_file(design, folder):
     """Write an estimator without training: its numbers have no meaning."""
     forces, ones = np.array([0.0, 5.0]), np.ones((2, GAGES))
-    curves = FingerCurves(forces, 0.0 * ones, ones, 0.01 * forces, np.full(2, 10.0))
+    curves = FingerCurves(forces, 0.0 * ones, ones, 0.01 * forces, np.full(2, 10.0), np.zeros(2))
     count = feature_count(GAGES)
     layer = Layer(np.zeros((count, 3)), np.array([0.7, 0.4, 0.1]))
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))

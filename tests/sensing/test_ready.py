@@ -26,7 +26,9 @@ def film_tees(monkeypatch):
     """The design with an estimator next to it whose numbers mean nothing; training is an error."""
     design, gages = load_design("film_tees"), 11
     forces, ones = np.array([0.0, 5.0]), np.ones((2, gages))
-    curves = FingerCurves(forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0))
+    curves = FingerCurves(
+        forces, np.zeros((2, gages)), ones, 0.01 * forces, np.full(2, 10.0), np.zeros(2)
+    )
     count = feature_count(gages)
     layer = Layer(np.ones((count, 3)), np.array([0.7, 0.4, 0.1]))
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))

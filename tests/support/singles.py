@@ -12,6 +12,7 @@ from fingerdesign.control.c_code import constants, in_16_bits
 from fingerdesign.control.estimator import LAGS, SILENT, readings_at
 
 CURVES = "normal_force", "pressed", "sticking", "approach", "stiffness"
+RADIUS = "turn_radius"
 S = np.float32
 ZERO = S(0.0)
 
@@ -43,11 +44,22 @@ class SingleRegulator:
         self.layers = [(*in_16_bits(each.weight), S(each.bias)) for each in self.band.layers]
         curves = (S(getattr(estimator.curves, name)) for name in CURVES)
         self.force, self.pressed, self.sticking, self.approach, self.stiff = curves
+        self.radius, self.torques = S(estimator.curves.turn_radius), []
         self.delay = self.settling = calibration.delay
         self.stiffness, self.history = S(calibration.tangential_stiffness), []
         self.pulled, self.pending = False, deque([(ZERO, ZERO)] * (self.delay + 1))
         self.pressing = self.weight = self.sum = self.used = self.probed = ZERO
         self.carried = ZERO
+
+    def left_by_turn(self, force):
+        """Share of the stiffness that a turning object leaves."""
+        radius, moment, pulled = interpolated(force, self.force, self.radius), ZERO, ZERO
+        for (_, _, tangential, *_), torque in zip(self.history, self.torques, strict=True):
+            moment, pulled = moment + torque * tangential, pulled + tangential * tangential
+        if not radius > 0.0:
+            return S(1.0)
+        part = moment / (pulled + self.n.ARM_FORCE * self.n.ARM_FORCE) / radius
+        return 1.0 / (1.0 + part * part)
 
     def changes(self, first, alone, scale, pressed):
         """Features of what changed since a moment."""
@@ -59,7 +71,8 @@ class SingleRegulator:
         way = max(along + closed, n.LEAST_MOTION)
         after = interpolated(before[1], self.force, self.approach) + dy
         after = interpolated(after, self.approach, self.force)
-        pulling = interpolated(0.5 * (before[1] + after), self.force, self.stiff) * dx
+        middle = 0.5 * (before[1] + after)
+        pulling = interpolated(middle, self.force, self.stiff) * self.left_by_turn(middle) * dx
         rise, pull = normal - before[1], tangential - before[2]
         size = abs(pull) + n.NORMAL_SHARE * abs(rise) + n.LEAST_CHANGE
         alone = alone - interpolated(before[1], self.force, self.pressed)
@@ -78,6 +91,7 @@ class SingleRegulator:
         present = (readings - alone) / (scale * pressed)
         most = max(ZERO, *(each[2] / max(each[1], n.LEAST_FORCE) for each in self.history))
         found = [*present, logarithm(pressed), tangential / pressed, n.LOG_NOISE, most]
+        found.append(self.left_by_turn(pressed))
         last, self.pulled = len(self.history) - 1, self.pulled or dx != 0.0
         if not self.pulled:
             self.touch, self.start = present, last
@@ -180,16 +194,17 @@ class SingleRegulator:
             step = max(min(step, n.OF_ROOM * room * friction * pressed), n.SLOWEST * step)
         return step
 
-    def step(self, readings, normal, tangential, lifted):
+    def step(self, readings, normal, tangential, lifted, torque=0.0):
         """Answer a sample: dx, dy, stick ratio, utilisation, friction, unsure."""
         now = S(readings), S(normal), S(tangential) - self.cross_talk * S(normal)
         settles = self.settling > 0
         if settles or not self.history:
-            self.history = [(*now, ZERO, ZERO)]
+            self.history, self.torques = [(*now, ZERO, ZERO)], [S(torque)]
         if settles:
             self.settling -= 1
             return ZERO, ZERO, *self.estimate()[:2], ZERO, True
         self.history.append((*now, *self.pending.popleft()))
+        self.torques.append(S(torque))
         stick, used, std = self.estimate()
         self.learn(used, std, lifted)
         dx = dy = ZERO

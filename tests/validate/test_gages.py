@@ -76,7 +76,7 @@ def test_a_gage_makes_its_own_columns_and_no_others(gage):
     rng = np.random.default_rng(gage)
     forces = np.array([0.0, 50.0])
     pressed, sticking = rng.normal(size=(2, 2, GAGES))
-    curves = FingerCurves(forces, pressed, sticking, 0.01 * forces, np.full(2, 10.0))
+    curves = FingerCurves(forces, pressed, sticking, 0.01 * forces, np.full(2, 10.0), np.zeros(2))
 
     def reported(push):
         moments = []

@@ -135,10 +135,11 @@ def stiffness(estimator: GripEstimator, grip: Grip) -> float:
 def _samples_h(estimator: GripEstimator, grip: Grip, delay: int, count: int) -> str:
     curves, rows = estimator.curves, samples(estimator, count)
     tables = {"F": curves.normal_force, "P": curves.pressed.ravel(), "S": curves.sticking.ravel()}
-    tables |= {"A": curves.approach, "K": curves.stiffness}
+    tables |= {"A": curves.approach, "K": curves.stiffness, "R": curves.turn_radius}
     lines = [array_text(f"CURVE_{name}[]", values) for name, values in tables.items()]
-    named = ", ".join(f"CURVE_{name}" for name in tables)
-    lines += [f"static const regulator_curves CURVES = {{{len(curves.approach)}, {named}, 0.0f}};"]
+    *named, radius = (f"CURVE_{name}" for name in tables)
+    given = ", ".join([str(len(curves.approach)), *named, "0.0f", radius])
+    lines += [f"static const regulator_curves CURVES = {{{given}}};"]
     lines += [f"#define SAMPLES {len(rows)}", f"#define DELAY {delay}"]
     lines += [f"#define STIFFNESS {stiffness(estimator, grip)!r}f"]
     place = '__attribute__((section(".bench"))) '

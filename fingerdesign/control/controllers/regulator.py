@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.grip import Grip
 
 _LEAST_USED = 0.15  # A smaller utilisation does not reveal the friction.
-_FRICTION = (0.05, 2.0)  # what is believed of any friction
+_FRICTION = (0.03, 2.0)  # what is believed of any friction, and of objects that turn
 _STIFFNESS_FADES = 0.7  # share of dF_t/dx that stays as it was
 _LEAST_CLOSING = 0.1  # of a step: by less, a noisy force cell would make it ever stiffer
 _NEAR = 0.9  # of the target: where a probe ends

@@ -22,7 +22,7 @@ from fingerdesign.runtime.native import made_library
 
 _PLATFORMS = {"x86_64": "linux64", "aarch64": "aarch64-linux"}
 WITHOUT_LIBRARY = "no library, as no C compiler was found: build it from the sources inside"
-_UNITS = ("N", "mm", "N/mm", "g", "microstrain")
+_UNITS = ("N", "mm", "N/mm", "N.mm", "g", "microstrain")
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # The same unit is the same bytes.
 
 

@@ -30,7 +30,7 @@ def fmu(estimator: GripEstimator, grip: Grip) -> bytes:
     stiffness = repr(float(np.interp(grip.preload_mm, curves.approach, curves.stiffness)))
     tables = {"FORCE": curves.normal_force, "PRESSED": curves.pressed.ravel()}
     tables |= {"STICKING": curves.sticking.ravel(), "APPROACH": curves.approach}
-    tables |= {"STIFFNESS": curves.stiffness}
+    tables |= {"STIFFNESS": curves.stiffness, "TURN_RADIUS": curves.turn_radius}
     places = {
         "@period@": repr(period),
         "@points@": str(len(curves.normal_force)),
@@ -53,6 +53,7 @@ def _variables(gages: int, stiffness: str) -> list[Variable]:
         *(Variable(f"reading[{k + 1}]", "input", "of a gage", "microstrain") for k in range(gages)),
         Variable("normal_force", "input", "F_n", "N"),
         Variable("tangential_force", "input", "F_t", "N"),
+        Variable("torque", "input", "about the contact's normal; 0 where unknown", "N.mm"),
         Variable("dx", "output", "next move of the hand, away from the support", "mm"),
         Variable("dy", "output", "next move of each finger, closing", "mm"),
         Variable("stick_ratio", "output", "stick area over contact area"),

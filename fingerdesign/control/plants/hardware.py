@@ -4,7 +4,7 @@ The stage goes where it is sent in whole steps, with a lag, and loses its play a
 sensors add what is below, in this order, and report it some samples late:
 
     gage = round_q( gain * (strain + c neighbours) + drift t + w (1 - exp(-t / T)) + noise )
-    F_n = gain F_n + noise,   F_t = gain (F_t + c F_n) + noise
+    F_n = gain F_n + noise,   F_t = gain (F_t + c F_n) + noise,   torque = torque + noise
 
 with gain 0 for gages that are dead, or have died; neighbours are the next ones in the readings.
 
@@ -96,7 +96,10 @@ class ImperfectPlant:
         pulled = true.tangential_force + hardware.force_cross_talk * true.normal_force
         forces = self._force_gains * np.array([true.normal_force, pulled])
         normal, tangential = forces + hardware.force_noise_N * noise[:2]
-        return Sample(readings, float(normal), float(tangential), true.lifted)
+        torque = None
+        if hardware.torque_noise_Nmm is not None and true.torque is not None:
+            torque = true.torque + hardware.torque_noise_Nmm * float(self._rng.standard_normal())
+        return Sample(readings, float(normal), float(tangential), true.lifted, torque)
 
 
 class _Axis:

@@ -318,6 +318,7 @@ class LiftPlant:
             normal_force=share * sample.normal_force,
             tangential_force=share * sample.tangential_force,
             lifted=found.lifted,
+            torque=None if sample.torque is None else share * sample.torque,
         )
 
     def truth(self) -> Truth:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from fingerdesign.contact.history import FrictionHistory
 from fingerdesign.contact.increment import Increment, solve_increment
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.contact.turning import carried_turning
 from fingerdesign.control.signals import Sample, gage_readings
 from fingerdesign.design.grip import weight_per_finger
 
@@ -84,7 +85,8 @@ def observe(problem: ContactProblem, increment: Increment, face: str) -> tuple[T
         rotation=increment.state.motion.twist_deg,
     )
     readings = gage_readings(found.gages, face)
-    return truth, Sample(readings, found.normal_force, found.tangential_force)
+    torque = found.twist_moment
+    return truth, Sample(readings, found.normal_force, found.tangential_force, torque=torque)
 
 
 class CondensedPlant:
@@ -105,6 +107,9 @@ class CondensedPlant:
         motion = Motion(now.approach + dy, now.shear + dx)
         increment = solve_increment(history.problem, history.state, motion, history.workspace)
         self._truth, sample = observe(history.problem, increment, self._face)
+        if history.problem.softness is not None and self._truth.normal_force > 0.0:
+            normal, carried = carried_turning(history.problem, increment.multiplier[:, 0])
+            self._truth = replace(self._truth, slip_ratio=carried / normal)
         history.accept(increment)
         return sample
 

@@ -2,7 +2,7 @@
    sample of the hand. Compile this file alone (-std=c99 -shared -fPIC -lm); it includes the others.
    Its network's weights are in resources/weights.bin: all high bytes, then all low ones.
 
-   Reals: the readings, F_n, F_t (inputs); dx, dy, stick_ratio, used, friction (outputs); stiffness,
+   Reals: the readings, F_n, F_t, torque (inputs); dx, dy, stick_ratio, used, friction (outputs); stiffness,
    cross_talk (parameters). Integers: delay. Booleans: lifted (input); unsure, missed (outputs). */
 
 #include "regulator.c"
@@ -10,7 +10,7 @@
 #define GUID "@guid@"
 #define PERIOD @period@
 #define CURVE_POINTS @points@
-#define REALS (GAGES + 9)
+#define REALS (GAGES + 10)
 #define INTEGERS 1
 #define BOOLEANS 3
 #define REAL_OUT(k) ((k) >= DX && (k) <= FRICTION)
@@ -18,7 +18,18 @@
 #define BOOLEAN_OUT(k) ((k) != LIFTED)
 
 enum { LIFTED, UNSURE, MISSED };
-enum { NORMAL = GAGES, TANGENTIAL, DX, DY, STICK_RATIO, USED, FRICTION, STIFFNESS, CROSS_TALK };
+enum {
+    NORMAL = GAGES,
+    TANGENTIAL,
+    TORQUE,
+    DX,
+    DY,
+    STICK_RATIO,
+    USED,
+    FRICTION,
+    STIFFNESS,
+    CROSS_TALK
+};
 
 @curves@
 
@@ -50,8 +61,8 @@ static void unit_resets(unit *u) {
 }
 
 static int unit_starts(unit *u) {
-    regulator_curves curves = {CURVE_POINTS,    CURVE_FORCE,     CURVE_PRESSED, CURVE_STICKING,
-                               CURVE_APPROACH, CURVE_STIFFNESS, 0.0f};
+    regulator_curves curves = {CURVE_POINTS,   CURVE_FORCE,     CURVE_PRESSED, CURVE_STICKING,
+                               CURVE_APPROACH, CURVE_STIFFNESS, 0.0f,          CURVE_TURN_RADIUS};
     curves.cross_talk = (float)u->real[CROSS_TALK];
     memset(&u->hand, 0, sizeof u->hand);
     if (regulator_init(&u->hand, &curves, u->integer[0], (float)u->real[STIFFNESS]))
@@ -68,6 +79,7 @@ static int unit_steps(unit *u, double step) {
         return says(u, "the step must be one sample of the hand, @period@ s");
     for (k = 0; k < GAGES; k++)
         readings[k] = (float)u->real[k];
+    regulator_torque(&u->hand, (float)u->real[TORQUE]);
     u->boolean[MISSED] =
         regulator_step(&u->hand, readings, (float)u->real[NORMAL], (float)u->real[TANGENTIAL],
                        u->boolean[LIFTED], &next_move);

@@ -75,6 +75,19 @@ static void row_at(const regulator_curves *c, const float *table, float force, f
         row[g] = between(table + k * GAGES + g, share, GAGES);
 }
 
+/* Share of the stiffness that an object leaves which turns about its centre of mass. */
+static float left_by_turn(const regulator *r, float force) {
+    const regulator_curves *c = &r->curves;
+    float radius, part;
+    if (!c->turn_radius)
+        return 1.0f;
+    radius = interpolated(force, c->normal_force, c->turn_radius, c->points);
+    if (!(radius > 0.0f))
+        return 1.0f;
+    part = r->arm_moment / (r->arm_force + ARM_FORCE * ARM_FORCE) / radius;
+    return 1.0f / (1.0f + part * part);
+}
+
 /* Adds a move to a way: along x, closing, and the lengths of both. */
 static void go(float *way, const regulator_moment *move) {
     way[0] += move->dx;
@@ -90,13 +103,14 @@ static float *changes(const regulator *r, const regulator_moment *before, const 
     const regulator_curves *c = &r->curves;
     const regulator_moment *now = r->history;
     float way = larger(moved[2] + moved[3], LEAST_MOTION), from[GAGES];
-    float rise, pull, size, after, rising, pulling;
+    float rise, pull, size, after, middle, rising, pulling;
     int g;
     after = interpolated(before->normal_force, c->normal_force, c->approach, c->points) + moved[1];
     after = interpolated(after, c->approach, c->normal_force, c->points);
     rising = after - before->normal_force;
-    pulling = interpolated(0.5f * (before->normal_force + after), c->normal_force, c->stiffness,
-                           c->points) * moved[0];
+    middle = 0.5f * (before->normal_force + after);
+    pulling = interpolated(middle, c->normal_force, c->stiffness, c->points);
+    pulling = pulling * left_by_turn(r, middle) * moved[0];
     rise = now->normal_force - before->normal_force;
     pull = now->tangential_force - before->tangential_force;
     size = fabsf(pull) + NORMAL_SHARE * fabsf(rise) + LEAST_CHANGE;
@@ -144,6 +158,7 @@ static void features(regulator *r, float *out) {
     *out++ = LOG_NOISE;
     r->most = larger(r->most, now->tangential_force / pressed);
     *out++ = r->most;
+    *out++ = left_by_turn(r, pressed);
     for (k = 0; k < COUNT(LAGS); k++) {
         int first = LAGS[k] < r->moments - 1 ? LAGS[k] : r->moments - 1, i;
         float moved[4] = {0.0f, 0.0f, 0.0f, 0.0f};
@@ -328,6 +343,8 @@ static void remember(regulator *r, const float *readings, float normal, float ta
     now->tangential_force = tangential;
     now->dx = dx;
     now->dy = dy;
+    r->arm_moment += r->torque * tangential;
+    r->arm_force += tangential * tangential;
     if (r->moments <= REGULATOR_LOOKS_BACK)
         r->moments++;
 }
@@ -345,6 +362,8 @@ int regulator_init(regulator *r, const regulator_curves *curves, int delay, floa
         finite += curves->normal_force[k] - curves->normal_force[k];
         finite += curves->approach[k] - curves->approach[k];
         finite += curves->stiffness[k] - curves->stiffness[k];
+        if (curves->turn_radius)
+            finite += curves->turn_radius[k] - curves->turn_radius[k];
     }
     for (k = 0; k < curves->points * GAGES; k++) {
         finite += curves->pressed[k] - curves->pressed[k];
@@ -358,6 +377,8 @@ int regulator_init(regulator *r, const regulator_curves *curves, int delay, floa
     r->stiffness = stiffness;
     return 0;
 }
+
+void regulator_torque(regulator *r, float torque) { r->torque = torque; }
 
 /* A sample that is passed over was of a move, which the next one answers too; none follows it. */
 static void miss(regulator *r) {
@@ -383,16 +404,18 @@ int regulator_step(regulator *r, const float readings[GAGES], float normal_force
     int k, settles = r->settling > 0;
     estimate found;
     memset(command, 0, sizeof *command);
-    finite += tangential_force - tangential_force;
+    finite += tangential_force - tangential_force + (r->torque - r->torque);
     for (k = 0; k < GAGES; k++)
         finite += readings[k] - readings[k];
     if (finite != 0.0f) { /* an infinite number or none, less itself, is none */
+        r->torque = 0.0f;
         miss(r);
         return 1;
     }
     tangential_force -= r->curves.cross_talk * normal_force;
     if (settles || !r->begun) { /* all before was of the press */
         r->moments = 0;
+        r->arm_moment = r->arm_force = 0.0f;
         remember(r, readings, normal_force, tangential_force, 0.0f, 0.0f);
         r->begun = 1;
         r->most = 0.0f;
@@ -403,6 +426,7 @@ int regulator_step(regulator *r, const float readings[GAGES], float normal_force
         remember(r, readings, normal_force, tangential_force, r->unfelt_dx[0], r->unfelt_dy[0]);
         learn_stiffness(r);
     }
+    r->torque = 0.0f;
     found = estimated(r);
     command->stick_ratio = found.stick_ratio;
     command->used = found.used;

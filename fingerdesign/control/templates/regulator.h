@@ -17,6 +17,7 @@ typedef struct {
     const float *approach;     /* of the press, rising */
     const float *stiffness;    /* dF_t/dx where nothing slips, N/mm */
     float cross_talk;          /* what is felt as F_t of each newton of F_n; 0 where unknown */
+    const float *turn_radius;  /* mm; 0 of a cell that does not measure torque */
 } regulator_curves;
 
 typedef struct {
@@ -43,12 +44,17 @@ typedef struct {
     float touch[REGULATOR_GAGES], since[4];
     float unfelt_dx[REGULATOR_MOST_DELAY + 1], unfelt_dy[REGULATOR_MOST_DELAY + 1];
     int delay, settling;
+    float torque, arm_moment, arm_force;
     float stiffness, pressing, weight, sum, used, probed, most, carried;
 } regulator;
 
 /* Begin a grip at its preload. delay: samples from a move until it is felt; stiffness: dF_t/dx at
    the preload, N/mm. 1, where they or the curves cannot be; else 0. */
 int regulator_init(regulator *r, const regulator_curves *curves, int delay, float stiffness);
+
+/* What the next step feels of the torque about the normal, +y through the contact's middle, N mm. Of
+   a cell with six axes, and before each step. */
+void regulator_torque(regulator *r, float torque);
 
 /* The next move, of what is felt now; lifted: the object has left its support. 1, and no move,
    where a number is not finite: the sample is passed over. Else 0. */

@@ -23,7 +23,12 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.network import fit_band
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings, random_grip_paths
-from fingerdesign.sensing.train.samples import finger_curves, sample, sample_grips
+from fingerdesign.sensing.train.samples import (
+    finger_curves,
+    sample,
+    sample_grips,
+    with_turn_radius,
+)
 
 # Each band of gage noise, microstrain, has a network. A common one has errors that are a sixth
 # larger in the lower band.
@@ -71,7 +76,8 @@ def train_estimator(
         grips = random_grip_paths(problem, settings, report, workers)
     count = max(1, round(_HELD_OUT * len(grips)))
     held_out, training = grips[:count], grips[count:]
-    curves = finger_curves(problem, settings.face, settings.bounds)
+    own = finger_curves(problem, settings.face, settings.bounds)
+    curves = with_turn_radius(own, problem, settings)
     jobs = []
     for noises in bands:
         inputs, outputs, weights = sample_grips(training, curves, settings, noises)
@@ -99,8 +105,10 @@ def _measure_errors(
     samples: int,
     fingers: int,
 ) -> TrainingResult:
-    """Measure errors on held-out grips by noise, and give each band its standard deviations."""
+    """Measure errors on held-out grips by noise, and give each band its standard deviations, over
+    all of its noises: the predicted error knows the noise."""
     stick, utilisation = [], []
+    found: dict[float, list[tuple[Array, Array]]] = {}
     for noise in NOISES:
         rng = stream(settings.seed, "noise of held-out grips", f"{noise:g}")
         sampled = [sample(each, estimator.curves, settings, rng, noise) for each in grips]
@@ -110,9 +118,15 @@ def _measure_errors(
         off = np.clip(outputs[:, :2], 0.0, 1.0) - truths
         stick.append(float(np.sqrt((off[:, 0] ** 2).mean())))
         utilisation.append(float(np.sqrt((off[:, 1] ** 2).mean())))
-        known = replace(band, spread=_std_table(outputs[:, 2], off[:, 1]))
-        bands = tuple(known if each is band else each for each in estimator.bands)
-        estimator = replace(estimator, bands=bands)
+        if noise <= band.most_noise:
+            found.setdefault(band.most_noise, []).append((outputs[:, 2], off[:, 1]))
+    bands = tuple(
+        replace(
+            each, spread=_std_table(*map(np.concatenate, zip(*found[each.most_noise], strict=True)))
+        )
+        for each in estimator.bands
+    )
+    estimator = replace(estimator, bands=bands)
     errors = tuple(stick), tuple(utilisation)
     return TrainingResult(estimator, NOISES, *errors, samples, len(grips), fingers)
 

@@ -37,7 +37,8 @@ _PART = 50  # A worker makes so many grips in one job.
 
 @dataclass(frozen=True)
 class Settings:
-    """The amount of training. face, bounds and force_noise (N) are the rig's.
+    """The amount of training. face, bounds, force_noise (N) and torque_noise (N mm; None: its cell
+    measures no torque) are the rig's.
 
     replicates: how often each grip is sampled, each time with other noise; fingers: the number of
     perturbed fingers that share the grips (1: the design's own model alone).
@@ -48,6 +49,7 @@ class Settings:
     grips: int = 3000
     replicates: int = 2
     force_noise: float = FORCE_NOISE_N
+    torque_noise: float | None = None
     seed: int = 0
     fingers: int = 1
 
@@ -134,6 +136,11 @@ def random_grip_path(
     return RandomGripPath(friction, tuple(moments), tuple(truths))
 
 
+def _slip_ratio(truth: Truth, friction: float) -> float:
+    """F_t / F_n at which the whole contact slips: less than the friction where an object turns."""
+    return friction if truth.slip_ratio is None else truth.slip_ratio
+
+
 def _moves(
     plant: CondensedPlant, friction: float, rng: np.random.Generator
 ) -> Iterator[tuple[float, float]]:
@@ -141,8 +148,9 @@ def _moves(
     preload, step = rng.uniform(*_PRELOAD), rng.uniform(*_PRESS)
     while plant.truth().normal_force < preload:
         yield 0.0, step
-    stiffness = _Stiffness(plant)
+    stiffness = _Stiffness(plant, friction)
     while True:
+        ratio = _slip_ratio(plant.truth(), friction)
         kind = str(rng.choice(_KINDS, p=_CHANCES))
         dy = float(rng.uniform(*_PRESS))
         if kind == "press":
@@ -151,25 +159,25 @@ def _moves(
         elif kind == "pull":
             until, fraction = rng.uniform(*_PULL_END), rng.uniform(*_PULL)
             for _ in range(12):
-                limit = friction * plant.truth().normal_force
+                limit = ratio * plant.truth().normal_force
                 if plant.truth().tangential_force >= until * limit:
                     break
                 yield stiffness.motion(fraction * limit), 0.0
         elif kind == "climb":
-            slope = float(rng.uniform(*_SLOPE)) * friction
+            slope = float(rng.uniform(*_SLOPE)) * ratio
             for _ in range(rng.integers(3, 13)):
                 yield stiffness.motion(slope * stiffness.pressing * dy), dy
         else:
             for _ in range(rng.integers(1, 4)):
-                limit = friction * plant.truth().normal_force
+                limit = ratio * plant.truth().normal_force
                 yield -stiffness.motion(rng.uniform(0.01, 0.05) * limit), 0.0
 
 
 class _Stiffness:
     """dF_t/dx and dF_n/dy, N/mm, as the last moves showed them."""
 
-    def __init__(self, plant: CondensedPlant) -> None:
-        self._plant = plant
+    def __init__(self, plant: CondensedPlant, friction: float) -> None:
+        self._plant, self._friction = plant, friction
         self._before = plant.truth()
         self._pulling = 0.0
 
@@ -185,4 +193,6 @@ class _Stiffness:
         if moved > 1e-6:
             self._pulling = (now.tangential_force - before.tangential_force) / moved
         self._before = now
-        return force / max(self._pulling, 0.3 * self.pressing, _LEAST_STIFFNESS)
+        # An object that turns gives way, about as much as it slips sooner.
+        gives = min(1.0, _slip_ratio(now, self._friction) / self._friction)
+        return force / max(self._pulling, gives * max(0.3 * self.pressing, _LEAST_STIFFNESS))

@@ -18,6 +18,7 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.turning import turning
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
 from fingerdesign.control.former_estimator import NAME, OLDEST, PRESENT
@@ -48,8 +49,10 @@ from fingerdesign.sensing.train.policy import policy_grips
 from fingerdesign.sensing.train.samples import finger_curves
 from fingerdesign.version import __version__
 
-TRAINING = 12  # Raise it when the training data or the training itself changes.
+TRAINING = 13  # Raise it when the training data or the training itself changes.
+_CARRIES_N = 1.0  # F_t for the springs of an object that turns, which hardly count.
 _ANY_SHARE = 0.5  # An estimator reads gages, not their area.
+_TURNING = 3  # One in so many fingers holds objects that turn, where the rig measures torque.
 _FIRST_PART = 3  # One in so many fingers trains the behaviour policy.
 
 
@@ -71,7 +74,8 @@ def training_result_for(
     if found is not None:
         return found
     start = perf_counter()
-    problem = grip_problem(design, fidelity, report=report)
+    turns = _turns(settings, fidelity)
+    problem = grip_problem(design, fidelity, report=report, whole=turns)
     seconds = training_seconds(problem, settings, perf_counter() - start, workers)
     begun, whole = perf_counter(), forecast_words(seconds)
     report(f"training on {settings.grips} grips, {settings.fingers} fingers: {whole}")
@@ -103,6 +107,7 @@ def settings_of(design: Design) -> Settings:
         grips=own.training_grips,
         replicates=1 if own.training_fingers > 1 else 2,
         force_noise=grip.hardware.force_noise_N or FORCE_NOISE_N,
+        torque_noise=grip.hardware.torque_noise_Nmm,
         seed=grip.seed,
         fingers=own.training_fingers,
     )
@@ -147,7 +152,7 @@ def _grips_of_finger(
     family: _Family, number: int, policy: GripEstimator | None
 ) -> list[RandomGripPath]:
     """Make the grips of one perturbed finger, with the curves that its bench would show; half of
-    them by the behaviour policy.
+    them by the behaviour policy. One in three holds objects that turn, where the rig measures it.
 
     Each grip is of another object, which needs no other model. Empty where no draw of the finger is
     sound.
@@ -155,11 +160,13 @@ def _grips_of_finger(
     design, settings = family.design, family.settings
     faults, count = training_faults(design), -(-settings.grips // settings.fingers)
     seed, *others = finger_seeds(settings.seed, number, count)
+    turns = _turns(settings, family.fidelity) and number % _TURNING == 0
+    off = {"off_centre"} if turns else set()
     try:
-        finger = perturb(design, faults, seed).design
+        finger = perturb(design, {*faults, *off}, seed).design
     except DesignError:
         return []
-    kinds = OF_OBJECTS & set(faults)
+    kinds = (OF_OBJECTS & set(faults)) | off
     drawn = [
         perturb(finger, kinds | {"patches"} if number % 2 else kinds, each)
         for number, each in enumerate(others)
@@ -168,7 +175,9 @@ def _grips_of_finger(
     own = 0 if policy is None else count // 2
 
     def problems(objects: Sequence[PerturbedFinger]) -> Iterator[ContactProblem]:
-        return (facing(bench, each) for each in objects)  # One at a time, for they are large.
+        for each in objects:  # One at a time, for they are large.
+            problem, arm = facing(bench, each), each.design.grip.off_centre_mm
+            yield turning(problem, arm, _CARRIES_N) if arm else problem
 
     curves = finger_curves(bench, settings.face, settings.bounds)
     with one_thread():
@@ -176,7 +185,12 @@ def _grips_of_finger(
         if policy is not None:
             mine = problems(drawn[:own])
             grips += policy_grips(bench, mine, settings.face, design.grip, policy, seed)
-        return [replace(each, curves=curves) for each in grips]
+        return [replace(each, curves=curves) for each in grips if each.moments]
+
+
+def _turns(settings: Settings, fidelity: str) -> bool:
+    """True where objects that turn are trained on."""
+    return fidelity == "3d" and settings.torque_noise is not None
 
 
 def finger_seeds(seed: int, number: int, objects: int) -> list[int]:

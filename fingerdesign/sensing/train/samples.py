@@ -7,6 +7,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.contact.turning import turn_radius
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.estimator import (
     LEAST_FORCE,
@@ -19,6 +20,7 @@ from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings
 
+_RADII = 8  # The turn radius is computed at so many depths.
 GAIN_STD = 0.01  # The standard deviation of the gages' gains, drawn again for each replicate.
 _FAILURES = 0.25  # One gage fails in this fraction of the grips.
 
@@ -27,6 +29,19 @@ def finger_curves(problem: ContactProblem, face: str, bounds: Bounds) -> FingerC
     """Measure what the finger's own bench would show without noise; see FingerCurves."""
     found = calibrate(lambda: CondensedPlant(problem, face), problem.model.gage_x, bounds)
     return FingerCurves.of(found)
+
+
+def with_turn_radius(
+    curves: FingerCurves, problem: ContactProblem, settings: Settings
+) -> FingerCurves:
+    """The curves with the turn radius of a whole finger in 3-D; unchanged for a section, half a
+    finger, and a rig whose cell measures no torque."""
+    whole = problem.model.dimension == 3 and problem.model.symmetry_factor == 1
+    if settings.torque_noise is None or not whole:
+        return curves
+    depths = np.geomspace(settings.bounds.preload, settings.bounds.max_approach, _RADII)
+    radii = [turn_radius(problem, float(each)) for each in depths]
+    return replace(curves, turn_radius=np.interp(curves.approach, depths, radii))
 
 
 def sample_grips(
@@ -78,8 +93,8 @@ def sample(
     noise: standard deviation of a gage's sample, microstrain.
     """
     gains = 1.0 + GAIN_STD * rng.standard_normal(len(grip.moments[0].sample.readings))
-    history = [_noisy(each, noise, gains, settings.force_noise, rng) for each in grip.moments]
-    own = grip.curves or curves
+    history = [_noisy(each, noise, gains, settings, rng) for each in grip.moments]
+    own = (grip.curves or curves).turning_as(curves)
     # A rig measures the curves through its own gages, so they have the same gains.
     own = replace(own, pressed=gains * own.pressed, sticking=gains * own.sticking)
     rows, truths = [], []
@@ -94,11 +109,15 @@ def sample(
 
 
 def _noisy(
-    moment: Moment, noise: float, gains: Array, force_noise: float, rng: np.random.Generator
+    moment: Moment, noise: float, gains: Array, settings: Settings, rng: np.random.Generator
 ) -> Moment:
     sample = moment.sample
     readings = gains * sample.readings + noise * rng.standard_normal(len(gains))
-    jitter = force_noise * rng.standard_normal(2)
+    jitter = settings.force_noise * rng.standard_normal(2)
+    torque = sample.torque
+    if torque is not None:
+        own = settings.torque_noise
+        torque = None if own is None else torque + own * float(rng.standard_normal())
     return replace(
         moment,
         sample=replace(
@@ -106,5 +125,6 @@ def _noisy(
             readings=readings,
             normal_force=sample.normal_force + float(jitter[0]),
             tangential_force=sample.tangential_force + float(jitter[1]),
+            torque=torque,
         ),
     )
