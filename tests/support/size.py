@@ -11,8 +11,12 @@ import ast
 import re
 import statistics
 import sys
+import tomllib
 from collections.abc import Iterator
+from importlib import metadata
 from pathlib import Path
+
+from packaging.requirements import Requirement
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "cli"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -22,6 +26,7 @@ from tests.test_docs import PAGES, sentences
 
 DIALECT = ("told", "kept", "said", "asked", "beside")
 BAD_FIRST_WORDS = {"What", "Whether", "How", "Of", "Where", "As", "If", "When", "Why"}
+FIVE = ["cadquery", "pytetwild", "pyvista", "meshio", "scikit-fem"]
 MOST_COMPLEXITY, MOST_ARGUMENTS = 12, 7
 BRANCHES = (
     *(ast.If, ast.IfExp, ast.For, ast.AsyncFor, ast.While, ast.ExceptHandler),
@@ -207,8 +212,25 @@ def dialect_counts() -> dict[str, int]:
     return {word: len(re.findall(rf"\b{word}\b", text, re.I)) for word in DIALECT}
 
 
+def installed(roots: list[str]) -> str:
+    """Count packages and bytes of these and of all that they require here, without extras."""
+    found: dict[str, metadata.Distribution] = {}
+    left = [Requirement(root) for root in roots]
+    while left:
+        needed = left.pop()
+        name = re.sub(r"[-_.]+", "-", needed.name).lower()
+        if name in found or (needed.marker and not needed.marker.evaluate({"extra": ""})):
+            continue
+        found[name] = metadata.distribution(name)
+        left += map(Requirement, found[name].requires or ())
+    paths = {Path(str(d.locate_file(f))) for d in found.values() for f in d.files or []}
+    size = sum(path.stat().st_size for path in paths if path.exists())
+    return f"{len(found)}, {1e-9 * size:.2f} GB"
+
+
 def table() -> dict[str, object]:
     """Measure everything."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     every = [page.read_text("utf-8") for page in PAGES]
     lengths = [len(each) for text in every for each in sentences(text)]
     found = commands()
@@ -236,6 +258,8 @@ def table() -> dict[str, object]:
         "files with constants after a definition": len(late_constants()),
         "splatted bags": len(splatted_bags()),
         "monkeypatches": monkeypatches(),
+        "packages of the default install": installed(project["dependencies"]),
+        "packages of the five libraries that it is made of": installed(FIVE),
     }
 
 
