@@ -14,7 +14,7 @@ from fingerdesign.sensing.train.result import settings_of, training_key
 from tests.sensing.conftest import FINGER
 
 DESIGN = parse_design(FINGER)
-SETTINGS = settings_of(DESIGN)
+SETTINGS = replace(settings_of(DESIGN), torque_noise=0.05)
 
 
 @pytest.mark.parametrize("field", [each.name for each in fields(Settings)])

@@ -35,7 +35,7 @@ from fingerdesign.contact.memory import Rubber
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.turning import MOST_TURN_DEG, turning
 from fingerdesign.control.plants.fingers import DifferentPair, Kind, MirrorPair, PairState, Warming
-from fingerdesign.control.plants.plant import Truth, observe
+from fingerdesign.control.plants.plant import Truth, observe, with_turning_ratio
 from fingerdesign.control.plants.slide import Inertia, frequency, slide
 from fingerdesign.control.signals import Sample, gage_readings
 from fingerdesign.design.grip import (
@@ -175,7 +175,8 @@ class LiftPlant:
     kinetic_share: of either finger's friction, what is left where it slides (contact/history.py).
 
     Of a problem whose object turns (contact/turning.py) the support is under the centre of mass,
-    and the truth's slip ratio is that at the least force which holds the object.
+    and the truth's slip ratio is that at the least force which holds the object; with
+    ``ratio_of_now`` that of the moment, which is less while the contact is small.
 
     Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then; and
     for rubber that relaxes under another law than Coulomb's, whose bounds do not scale with forces.
@@ -190,10 +191,12 @@ class LiftPlant:
         disturbances: Sequence[Tug | WeightChange] = (),
         timed: Timed = Timed(),
         kinetic_share: float = 1.0,
+        ratio_of_now: bool = False,
     ) -> None:
         _refuse(problem, object_mass_g, timed)
         self._slip_ratio: float | None = None
-        if problem.softness is not None:
+        self._ratio_of_now = ratio_of_now
+        if problem.softness is not None and not ratio_of_now:
             self._slip_ratio = coefficient_under(problem, weight_per_finger(object_mass_g))
         self._timed = timed
         self._face, kind = face, Kind(timed.rubber, kinetic_share, timed.warming)
@@ -297,6 +300,8 @@ class LiftPlant:
         share, warming = found.held.relaxation * move.left, self._timed.warming
         kelvin = 0.0 if warming is None else warming.after(self._moves)
         before, all_slid = self._truth, found.dropped or found.slid
+        if self._ratio_of_now:
+            truth = with_turning_ratio(truth, self._fingers.problem, found.held.increment)
         self._truth = replace(
             truth,
             normal_force=share * truth.normal_force,

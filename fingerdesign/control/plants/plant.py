@@ -89,6 +89,14 @@ def observe(problem: ContactProblem, increment: Increment, face: str) -> tuple[T
     return truth, Sample(readings, found.normal_force, found.tangential_force, torque=torque)
 
 
+def with_turning_ratio(truth: Truth, problem: ContactProblem, increment: Increment) -> Truth:
+    """The truth of an object that turns with the slip ratio of this moment; else unchanged."""
+    if problem.softness is None or not truth.normal_force > 0.0:
+        return truth
+    normal, carried = carried_turning(problem, increment.multiplier[:, 0])
+    return replace(truth, slip_ratio=carried / normal)
+
+
 class CondensedPlant:
     """A finger's condensed model against a rigid object, friction history and all.
 
@@ -107,9 +115,7 @@ class CondensedPlant:
         motion = Motion(now.approach + dy, now.shear + dx)
         increment = solve_increment(history.problem, history.state, motion, history.workspace)
         self._truth, sample = observe(history.problem, increment, self._face)
-        if history.problem.softness is not None and self._truth.normal_force > 0.0:
-            normal, carried = carried_turning(history.problem, increment.multiplier[:, 0])
-            self._truth = replace(self._truth, slip_ratio=carried / normal)
+        self._truth = with_turning_ratio(self._truth, history.problem, increment)
         history.accept(increment)
         return sample
 

@@ -89,7 +89,12 @@ def policy_grips(
         relaxes, slides = rng.uniform(0.0, (_RELAXATION, _KINETIC)) * rng.integers(0, 2, 2)
         creep = Relaxation(float(relaxes), grip.hardware.sample_rate_Hz) if relaxes else None
         lift = LiftPlant(
-            problem.with_friction(friction), face, mass, None, (), Timed(creep), 1.0 - float(slides)
+            problem.with_friction(friction),
+            face,
+            mass,
+            timed=Timed(creep),
+            kinetic_share=1.0 - float(slides),
+            ratio_of_now=True,
         )
         plant, delay = _RecordingPlant(lift), int(rng.integers(0, _DELAY + 1))
         hardware = grip.hardware.model_copy(

@@ -16,7 +16,7 @@ from fingerdesign.design.shipped import ESTIMATOR_SUFFIX, estimator_texts
 from fingerdesign.errors import DesignError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.model import FIDELITIES
-from fingerdesign.sensing.train.result import estimator_faults, finger_key, training_result_for
+from fingerdesign.sensing.train.result import estimator_faults, finger_keys, training_result_for
 
 
 def shipped_estimator(design: Design, fidelity: str | None = None) -> GripEstimator | None:
@@ -26,8 +26,11 @@ def shipped_estimator(design: Design, fidelity: str | None = None) -> GripEstima
     """
     wanted = reversed(FIDELITIES) if fidelity is None else [fidelity]
     texts = {json.loads(text)["design"]: text for text in estimator_texts().values()}
-    keys = [finger_key(design, each) for each in wanted if each in FIDELITIES] if texts else []
-    return next((GripEstimator.from_json(texts[key]) for key in keys if key in texts), None)
+    for each in wanted if texts else ():
+        for key in finger_keys(design, each) if each in FIDELITIES else ():
+            if key in texts:
+                return GripEstimator.from_json(texts[key])
+    return None
 
 
 def unused_estimator(design: Design, fidelity: str | None = None) -> str | None:

@@ -52,7 +52,9 @@ from fingerdesign.version import __version__
 TRAINING = 13  # Raise it when the training data or the training itself changes.
 _CARRIES_N = 1.0  # F_t for the springs of an object that turns, which hardly count.
 _ANY_SHARE = 0.5  # An estimator reads gages, not their area.
-_TURNING = 3  # One in so many fingers holds objects that turn, where the rig measures torque.
+# One in so many fingers holds objects that turn, where the rig measures torque: whole, it takes
+# five times the work of half a finger.
+_TURNING = 6
 _FIRST_PART = 3  # One in so many fingers trains the behaviour policy.
 
 
@@ -152,7 +154,7 @@ def _grips_of_finger(
     family: _Family, number: int, policy: GripEstimator | None
 ) -> list[RandomGripPath]:
     """Make the grips of one perturbed finger, with the curves that its bench would show; half of
-    them by the behaviour policy. One in three holds objects that turn, where the rig measures it.
+    them by the behaviour policy. Some hold objects that turn, where the rig measures it.
 
     Each grip is of another object, which needs no other model. Empty where no draw of the finger is
     sound.
@@ -228,6 +230,12 @@ def finger_key(design: Design, fidelity: str = "plane-strain", number: int = PRE
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
+def finger_keys(design: Design, fidelity: str) -> list[str]:
+    """The keys of :func:`finger_key` in every format that is read, the present one first: a file of
+    a former format keeps its key."""
+    return [finger_key(design, fidelity, number) for number in range(PRESENT, OLDEST - 1, -1)]
+
+
 def estimator_faults(
     design: Design, estimator: GripEstimator, fidelity: str | None = None
 ) -> list[Fault]:
@@ -241,11 +249,7 @@ def estimator_faults(
     if gages != target:
         value = f"one for {gages} gages"
         return [Fault("estimator", value, f"one for the design's {target} gages", remedy)]
-    known = {
-        finger_key(design, each, number): each
-        for each in FIDELITIES
-        for number in range(OLDEST, PRESENT + 1)  # A file of a former format keeps its key.
-    }
+    known = {key: each for each in FIDELITIES for key in finger_keys(design, each)}
     own = known.get(estimator.design)
     if own is not None and fidelity in FIDELITIES and own != fidelity:
         remedy = f"fingerdesign train DESIGN --fidelity {fidelity}"
