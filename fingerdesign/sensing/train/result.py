@@ -76,9 +76,13 @@ def training_result_for(
     if found is not None:
         return found
     start = perf_counter()
-    turns = _turns(settings, fidelity)
-    problem = grip_problem(design, fidelity, report=report, whole=turns)
-    seconds = training_seconds(problem, settings, perf_counter() - start, workers)
+    problem = grip_problem(design, fidelity, report=report)
+    model_s = perf_counter() - start
+    seconds = training_seconds(problem, settings, model_s, workers)
+    if _turns(settings, fidelity) and problem.model.symmetry_factor == 2:
+        start = perf_counter()
+        problem = grip_problem(design, fidelity, report=report, whole=True)
+        seconds *= 1.0 + max((perf_counter() - start) / model_s - 1.0, 0.0) / _TURNING
     begun, whole = perf_counter(), forecast_words(seconds)
     report(f"training on {settings.grips} grips, {settings.fingers} fingers: {whole}")
     grips = None
