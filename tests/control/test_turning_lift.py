@@ -57,6 +57,20 @@ def test_it_hangs_turned_and_the_force_that_holds_it_is_known():
     assert safety_margin(off, 0.5) < 0.5 * safety_margin(centred, 0.5)
 
 
+def test_the_slip_ratio_is_of_the_lift_or_of_the_moment():
+    """A small contact holds a moment worse than a large one, by a fraction of the friction."""
+    problem = turning(contact_problem(bump(21), Plane(0.0), 0.5), OFF, HALF)
+    ratios = {}
+    for now in (False, True):
+        held = LiftPlant(problem, "upper", MASS_G, ratio_of_now=now)
+        held.move(0.0, 0.006)
+        small = held.truth().slip_ratio
+        held.move(0.0, 0.014)
+        ratios[now] = small, held.truth().slip_ratio
+    assert ratios[False][0] == ratios[False][1]
+    assert ratios[True][0] < 0.8 * ratios[True][1]
+
+
 def test_just_over_the_least_force_it_is_held_and_just_below_it_slips():
     start = plant(OFF)
     least = HALF / start.truth().slip_ratio

@@ -453,6 +453,21 @@ fingerdesign/control/plants/lift.py | tests/control/test_turning_lift.py
 - if abs(found.held.increment.state.motion.twist_deg) > MOST_TURN_DEG:
 + if False:
 
+turning: the square of the arm over the turn radius is forgotten
+fingerdesign/control/estimator.py | tests/control/test_estimator.py
+- return 1.0 / (1.0 + (arm / radius) ** 2) if radius > 0.0 else 1.0
++ return 1.0 / (1.0 + abs(arm) / radius) if radius > 0.0 else 1.0
+
+turning: the bench's curves lose the model's turn radius
+fingerdesign/control/estimator.py | tests/control/test_c_code.py
+- return replace(self, curves=FingerCurves.of(calibration).turning_as(self.curves))
++ return replace(self, curves=FingerCurves.of(calibration))
+
+turning: training labels a moment by the ratio of the lift
+fingerdesign/control/plants/lift.py | tests/control/test_turning_lift.py
+- if problem.softness is not None and not ratio_of_now:
++ if problem.softness is not None:
+
 turning: half a finger does
 fingerdesign/analysis/case.py | tests/control/test_turning_lift.py
 - return centred and mirrors_in_z(self.design) and self.path_scene.mirrors_in_z
