@@ -38,7 +38,7 @@ def test_a_unit_holds_description_sources_and_library(unit):
         root = ElementTree.fromstring(archive.read("modelDescription.xml"))
     sources = {f"sources/{name}" for name in ("fmu.c", "regulator.c", "regulator.h")}
     assert sources | {"modelDescription.xml", "resources/weights.bin"} < names
-    assert len(root.findall("ModelVariables/ScalarVariable")) == GAGES + 13
+    assert len(root.findall("ModelVariables/ScalarVariable")) == GAGES + 14
     assert unit.stat().st_size < 100_000  # 23,000 weights of two bytes in it
 
 

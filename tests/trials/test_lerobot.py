@@ -149,7 +149,9 @@ def test_what_cannot_be_a_data_set_is_refused(tmp_path, terminal):
 
 def test_what_is_missing_or_not_whole_is_refused_before_meshing(not_installed, tmp_path, terminal):
     text = (ROOT / "designs/film_tees.toml").read_text()
-    (tmp_path / "slow.toml").write_text(f"{text}\n[grip.hardware]\nsample_rate_Hz = 250.5\n")
+    (tmp_path / "slow.toml").write_text(
+        text.replace("[grip.hardware]", "[grip.hardware]\nsample_rate_Hz = 250.5")
+    )
     asked = ("study", tmp_path / "slow.toml", "--to", "lerobot", tmp_path / "new")
     with never_called(study, "_grip_bench"):
         printed = terminal(*asked, code=2).err

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.control.estimator import (
-    LAGS,
     FingerCurves,
     Layer,
     feature_count,
     outputs_of,
+    readings_at,
     standardised,
 )
 from fingerdesign.errors import SolverError
@@ -34,7 +34,6 @@ from fingerdesign.sensing.train.samples import sample
 # These fractions of the grips test the network and choose gages; the rest is for training.
 TESTED, CHOSEN_BY = 0.15, 0.15
 LEAST_GRIPS = 20  # Fewer grips cannot be divided into three parts.
-_PER_FORCES, _PER_LAG = 4, 7  # The numbers of features without a gage (estimator.features).
 _SUMS, _GAIN, _EDGE, _RIDGE = 384, 2.0, 2.0, 1e-3
 _SCHEDULE = ((2e-3, 25), (5e-4, 12), (1e-4, 8))  # learning rate, epochs
 
@@ -79,8 +78,7 @@ class Samples:
 def gage_columns(gage: int, gages: int) -> IntArray:
     """Columns of the features that gage ``gage`` of ``gages`` makes: now, by lag, since the pull,
     at touch."""
-    first, each = gages + _PER_FORCES, gages + _PER_LAG
-    return gage + np.array([0, *(first + each * np.arange(len(LAGS) + 2))])
+    return gage + np.array(readings_at(gages))
 
 
 def columns(some: Sequence[int], gages: int) -> IntArray:
