@@ -20,17 +20,9 @@ from fingerdesign.design.step import step_facts
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
-from fingerdesign.runtime.isolate import call, concurrently
+from fingerdesign.runtime.isolate import call
 from tests.support.calls import vtk_modules
 from tests.support.steps import write
-
-
-@pytest.fixture(autouse=True)
-def fresh(monkeypatch):
-    """Each call has a fresh process, as outside of the tests."""
-    for module in (solid_process, facts_module):
-        monkeypatch.setattr(module, "call", call)
-    monkeypatch.setattr(solid_process, "concurrently", concurrently)
 
 
 def test_triangles_are_those_of_this_process(design_of):
@@ -107,6 +99,7 @@ def test_a_failure_of_the_machine_is_not_reported_as_the_files(
 ):
     """A reader that takes too long is the file's fault; what it read later counts."""
     with monkeypatch.context() as patch:
+        patch.setattr(facts_module, "call", call)  # a fresh process, for it is ended
         patch.setattr(facts_module, name, value)
         with pytest.raises(error, match=words):
             step_facts(brick)
