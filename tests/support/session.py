@@ -151,6 +151,18 @@ def calls_of(monkeypatch):
     return recorded
 
 
+@pytest.fixture(scope="session")
+def window(tmp_path_factory):
+    """One Chromium for all pages: its start, and its first WebGL, take seconds."""
+    from tests.support.browser import Browser
+
+    folder = tmp_path_factory.mktemp("window")
+    blank = folder / "blank.html"
+    blank.write_text("<title>blank</title>", encoding="utf-8")
+    with Browser(blank, folder) as browser:
+        yield browser
+
+
 @contextlib.contextmanager
 def never_called(owner, *names):
     """Within the block a call of these fails the test: what they do was done before, or must not
