@@ -6,6 +6,8 @@ import subprocess
 import sys
 from collections import Counter
 
+import pytest
+
 from tests.support.house import (
     PLACES,
     ROOT,
@@ -100,6 +102,7 @@ def test_processes_locks_and_renames_are_the_runtimes():
             assert not calls.findall(path.read_text("utf-8")), module
 
 
+@pytest.mark.slow
 def test_files_with_registries_may_be_imported_first():
     """A registry loads the files of its kinds by name, which the imports read above do not show."""
     rooms = {"control", "design", "layout", "shapes"}

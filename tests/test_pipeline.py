@@ -128,6 +128,7 @@ hold_steps = 8
 WEIGHT = 0.060 * 9.80665
 
 
+@pytest.mark.usefixtures("without_remedies")
 @pytest.mark.parametrize(
     "more", ["[grip.hardware]\ngage_noise_microstrain = 0.5\n", 'opposite = "bare"\n']
 )
@@ -142,6 +143,7 @@ def test_a_lift_is_held_on_and_recorded_and_plates_carry_more_than_a_bare_finger
         assert (trace.rise > 0.0).tolist() == [False] * (len(trace.rise) - 9) + [True] * 9
 
 
+@pytest.mark.usefixtures("without_remedies")
 def test_an_oracle_holds_a_multiple_of_the_least_force_under_a_law_of_pressure():
     """Half the weight over the reported coefficient is the least force: a little less pull is
     carried by it, a little more is not."""

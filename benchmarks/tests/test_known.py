@@ -22,7 +22,7 @@ DOCS = Path(__file__).parents[2] / "docs/reference/suite.md"
 # Problems of a second or less; the others are marked slow.
 CHEAP = (
     *("patch_", "ssnv128", "wedge", "two_codes_plane_strain", "two_codes_plate", "order_ring"),
-    *("flat_punch", "measured_disc", "measured_blocks", "hertz_line", "line_", "order_layer"),
+    *("flat_punch", "measured_disc", "measured_blocks", "line_", "order_layer"),
 )
 # Models of 5 to 33 s that `bench suite` runs. Tested here are one angle of each grid in space and
 # all in plane strain. Gages along z are tested on known fields in tests/fem, and a twist in

@@ -113,16 +113,6 @@ def test_plane_strain_refuses_what_it_cannot_hold(design, scene):
         analyse(design, parse_scene(scene), "plane-strain")
 
 
-def test_the_whole_finger_does_as_its_half(design):
-    half = forces(design, PATH, "3d")
-    tiny = "path.increments_mm = [[0.15, 0.0, 1e-9], [0.15, 0.04, 1e-9]]"
-    whole = analyse(with_values(design, {"mesh.element": "P1"}), parse_scene(tiny), "3d")
-    assert not whole.model.symmetry
-    last = whole.increments[-1]
-    assert [last.normal_force_N, last.tangential_force_N] == pytest.approx(half[-1], rel=1e-6)
-    assert abs(last.twist_moment_Nmm) < 1e-3 * last.normal_force_N
-
-
 def test_objects_touch_the_crest_and_no_more(design):
     surface = ContactSurface.of(design.body)
     x, z = (grid.ravel() for grid in np.meshgrid(np.linspace(-5, 5, 101), np.linspace(-3, 3, 61)))

@@ -20,17 +20,9 @@ from fingerdesign.design.step import step_facts
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume
-from fingerdesign.runtime.isolate import call, concurrently
+from fingerdesign.runtime.isolate import call
 from tests.support.calls import vtk_modules
 from tests.support.steps import write
-
-
-@pytest.fixture(autouse=True)
-def fresh(monkeypatch):
-    """Each call has a fresh process, as outside of the tests."""
-    for module in (solid_process, facts_module):
-        monkeypatch.setattr(module, "call", call)
-    monkeypatch.setattr(solid_process, "concurrently", concurrently)
 
 
 def test_triangles_are_those_of_this_process(design_of):
@@ -54,16 +46,15 @@ def test_most_of_vtk_is_loaded_where_a_name_of_it_is_used():
     assert few < 0.3 * all_of_them
 
 
-def test_files_are_built_again_for_another_shape_only(design_of, own_cache, tmp_path, monkeypatch):
-    design = design_of("arc", "full span")
+def test_files_are_built_again_for_another_shape_only(design_of, own_cache, tmp_path, calls_of):
+    design, builds = design_of("arc", "full span"), calls_of(solid_process, "concurrently")
     first = write_finger_cad(design, tmp_path / "first")
     same = {"design.name": "other", "grip.friction_coefficients": [0.4], "mesh.far_size_mm": 1.5}
-    with monkeypatch.context() as patch:
-        patch.setattr(solid_process, "_WRITE", "no.such:function")
-        again = write_finger_cad(with_values(design, same), tmp_path / "again")
-        for values in ({"body.depth_mm": 11.0}, {"plates.cover_mm": 1.7}):
-            with pytest.raises(GeometryError):
-                write_finger_cad(with_values(design, values), tmp_path / "none")
+    again = write_finger_cad(with_values(design, same), tmp_path / "again")
+    assert len(builds) == 1
+    for key, value in (("body.depth_mm", 11.0), ("plates.cover_mm", 1.7)):
+        write_finger_cad(with_values(design, {key: value}), tmp_path / key)
+    assert len(builds) == 3
     assert {name: path.read_bytes() for name, path in again.items()} == {
         name: path.read_bytes() for name, path in first.items()
     }
@@ -107,6 +98,7 @@ def test_a_failure_of_the_machine_is_not_reported_as_the_files(
 ):
     """A reader that takes too long is the file's fault; what it read later counts."""
     with monkeypatch.context() as patch:
+        patch.setattr(facts_module, "call", call)  # a fresh process, for it is ended
         patch.setattr(facts_module, name, value)
         with pytest.raises(error, match=words):
             step_facts(brick)

@@ -6,8 +6,17 @@ import pytest
 from fingerdesign.contact import increment
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.contact.solver.tracking import Tracker
+from fingerdesign.shapes.friction import FrictionLaw
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import bump, reduced_model
+
+# What a strip or a patch of conftest is pressed by, MPa.
+PRESSED = 0.07
+SCALED = {
+    "capped": FrictionLaw(0.3, 0.1 * PRESSED, cap=0.35 * PRESSED),
+    "shear strength": FrictionLaw(0.0, 0.3 * PRESSED),
+    "power": FrictionLaw(0.4, exponent=1.0 / 3.0, reference=PRESSED),
+}
 
 
 @pytest.fixture

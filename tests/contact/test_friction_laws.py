@@ -1,7 +1,5 @@
 """Friction bounds that depend on the pressure: laws, solvers, and answers known in closed form."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,6 @@ from fingerdesign.contact.friction import Coulomb
 from fingerdesign.contact.gross_slip import coefficient_under, forces_of_slip
 from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.outcome import Answer, outcome
 from fingerdesign.contact.problem import ContactState, Motion, contact_problem
 from fingerdesign.contact.solver import kernel
 from fingerdesign.contact.solver.attempts import Task, solve_task
@@ -18,6 +15,7 @@ from fingerdesign.contact.tangent import stiffness
 from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.shapes.friction import STEEPEST, FrictionLaw
 from fingerdesign.shapes.objects import Plane
+from tests.contact.conftest import SCALED
 from tests.support.half_space import half_plane, quarter_sphere
 from tests.support.reduced import followed, reduced_model
 
@@ -26,13 +24,6 @@ LAWS = {
     "capped": FrictionLaw(0.3, 0.1, cap=0.35),
     "shear strength": FrictionLaw(0.0, 0.3),
     "power": FrictionLaw(0.4, exponent=1.0 / 3.0, reference=1.0),
-}
-# What a strip or a patch of conftest is pressed by, MPa.
-PRESSED = 0.07
-SCALED = {
-    "capped": FrictionLaw(0.3, 0.1 * PRESSED, cap=0.35 * PRESSED),
-    "shear strength": FrictionLaw(0.0, 0.3 * PRESSED),
-    "power": FrictionLaw(0.4, exponent=1.0 / 3.0, reference=PRESSED),
 }
 GRIP = [
     *(Motion(0.003 * k, 0.0) for k in range(1, 8)),
@@ -176,32 +167,6 @@ def test_the_kernel_follows_as_numpy_does(shape, law, request):
         # Newton ends at residuals of 1e-10 of the largest force, in both.
         np.testing.assert_allclose(one.multiplier, other.multiplier, atol=1e-9 * scale, rtol=0.0)
         assert np.array_equal(one.status, other.status)
-
-
-@pytest.mark.parametrize("shape", ["strip", "patch"])
-@pytest.mark.parametrize("law", SCALED.values(), ids=SCALED)
-def test_the_kernel_judges_as_numpy_does(shape, law, request):
-    library = kernel.kernel()
-    if library is None:
-        pytest.skip("no C compiler on this machine")
-    problem = request.getfixturevalue(shape).with_friction(law)
-    *_, before, last = followed(problem, GRIP[:9])
-    rng = np.random.default_rng(0)
-    for size in (0.0, 1e-3):
-        multiplier = last.multiplier * (1.0 + size * rng.normal(size=last.multiplier.shape))
-        motion = np.column_stack([last.gap, last.slip_increment])
-        found = Answer(multiplier, motion - 0.01, motion, 0.0, 1)
-        tracker = kernel.CompiledTracker(
-            library, problem.compliance, problem.self_compliance, problem.friction
-        )
-        mine = tracker.outcome(problem, before.state, found)
-        theirs = outcome(problem, before.state, found, found.yielded)
-        for each in fields(theirs.certificate):
-            one, other = (getattr(got.certificate, each.name) for got in (mine, theirs))
-            assert one == pytest.approx(other, rel=1e-9, abs=1e-13), each.name
-        for name in ("force", "status", "touching", "slip", "travelled", "sliding"):
-            one, other = getattr(mine, name), getattr(theirs, name)
-            np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-15, err_msg=name)
 
 
 @pytest.mark.parametrize("law", SCALED.values(), ids=SCALED)

@@ -11,6 +11,7 @@ from fingerdesign.contact.problem import Motion
 from fingerdesign.contact.solver import kernel
 from fingerdesign.contact.solver.tracking import Tracker
 from fingerdesign.runtime import native
+from tests.contact.conftest import SCALED
 from tests.support.reduced import followed
 
 
@@ -23,10 +24,11 @@ def library():
 
 
 @pytest.mark.parametrize("shape", ["strip", "patch"])
+@pytest.mark.parametrize("friction", [0.3, *SCALED.values()], ids=["coefficient", *SCALED])
 @pytest.mark.parametrize("spoilt", ["", "force", "motion", "nothing", "not a number", "all open"])
-def test_the_kernel_judges_an_answer_as_numpy_does(shape, spoilt, request, library):
+def test_the_kernel_judges_an_answer_as_numpy_does(shape, friction, spoilt, request, library):
     """Right or wrong, finite or not: the same certificate and the same state."""
-    problem = request.getfixturevalue(shape).with_friction(0.3)
+    problem = request.getfixturevalue(shape).with_friction(friction)
     rows = [Motion(0.02, 0.0), Motion(0.021, 0.004), Motion(0.021, 0.009)]
     *_, before, last = followed(problem, rows)
     motion = np.column_stack([last.gap, last.slip_increment])

@@ -133,11 +133,11 @@ def answer(design, sign, fidelity):
         ("upright", "plane-strain"),
         ("pairs", "plane-strain"),
         ("solid", "plane-strain"),
-        ("level sheets", "3d"),
-        ("upright sheets", "3d"),
         ("sheets", "3d"),
-        pytest.param("upright", "3d", marks=pytest.mark.slow),
-        pytest.param("solid", "3d", marks=pytest.mark.slow),
+        *(
+            pytest.param(name, "3d", marks=pytest.mark.slow)
+            for name in ("level sheets", "upright sheets", "upright", "solid")
+        ),
     ],
 )
 def test_a_mirrored_scene_has_the_mirrored_answer(name, fidelity):

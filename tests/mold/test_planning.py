@@ -311,7 +311,7 @@ def test_the_gate_stands_clear_of_the_plates_and_away_from_the_first_vent(name):
 
 def test_remedies_take_a_fixed_number_of_plans(calls_of):
     """A limit of plans, not of time: what is refused does not depend on it, nor on the machine."""
-    design = shipped("both_ways", mold__process="machined", mold__plate_fixture="slots")
+    design = shipped("block", **TINY)
     with pytest.raises(MoldRefused) as refused:
         plan_mold(design)
     plans = calls_of(remedies, "plan_mold")

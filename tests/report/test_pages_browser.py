@@ -7,17 +7,11 @@ import pytest
 from fingerdesign.analysis.page.finger import partly_slipping
 from fingerdesign.report.page import add_definitions
 from tests.support.accessible import faults
-from tests.support.browser import Browser, chromium
+from tests.support.browser import chromium
 
 browsed = pytest.mark.skipif(chromium() is None, reason="no chromium on this machine")
 
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def window(solid_report, tmp_path_factory):
-    with Browser(solid_report, tmp_path_factory.mktemp("window")) as browser:
-        yield browser
 
 
 @browsed

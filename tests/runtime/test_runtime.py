@@ -356,10 +356,11 @@ def test_a_process_is_not_charged_with_what_its_parent_had():
 
 def test_a_control_group_lessens_cores_and_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(machine, "_CGROUP", tmp_path)
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
-    assert machine.usable_cores() == 8
-    (tmp_path / "cpu.max").write_text("300000 100000\n")
-    assert machine.usable_cores() == 3
+    whole = machine.usable_cores()
+    (tmp_path / "cpu.max").write_text(f"{whole * 100000 + 100000} 100000\n")
+    assert machine.usable_cores() == whole
+    (tmp_path / "cpu.max").write_text("140000 100000\n")  # rounded
+    assert machine.usable_cores() == 1
     (tmp_path / "memory.max").write_text(str(50 * 2**20))
     (tmp_path / "memory.current").write_text(str(20 * 2**20))
     assert machine.available_memory_MB() == 30.0

@@ -17,7 +17,7 @@ from fingerdesign.search.compare.read import facts_of
 from fingerdesign.search.compare.recommend import Bound, Objective
 from tests.support.accessible import faults
 from tests.support.any_outcomes import HOSTILE, any_outcomes
-from tests.support.browser import Browser, chromium
+from tests.support.browser import chromium
 
 pytestmark = [
     pytest.mark.slow,
@@ -47,16 +47,6 @@ NUMBERS = f"{SHOWN}.map((row) => Number(row.dataset.i))"
 EYE = "Object.values(document.getElementById('shape-{}').layout.scene.camera.eye)"
 DRAWN = "document.getElementById('forces-1').data"
 LINES = "document.getElementById('parallel-chart').data"
-
-
-@pytest.fixture(scope="module")
-def window(tmp_path_factory):
-    """One Chromium for all pages: its start, and its first WebGL, take seconds."""
-    folder = tmp_path_factory.mktemp("window")
-    blank = folder / "blank.html"
-    blank.write_text("<title>blank</title>", encoding="utf-8")
-    with Browser(blank, folder) as browser:
-        yield browser
 
 
 @pytest.fixture

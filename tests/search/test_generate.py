@@ -185,7 +185,11 @@ def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
 
 @pytest.mark.parametrize(
     ("fate", "reported", "time_s"),
-    [("crashes", "SIGABRT", 60), ("hangs", "not done after 8 s", 8), ("fails", "nothing", 60)],
+    [
+        ("crashes", "SIGABRT", 60),
+        pytest.param("hangs", "not done after 8 s", 8, marks=pytest.mark.slow),
+        ("fails", "nothing", 60),
+    ],
 )
 def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(
     tmp_path, fake_cad, fate, reported, time_s

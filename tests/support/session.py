@@ -6,6 +6,7 @@ that takes five times as long (a section of 34k dofs: 4.5 s of processor time, 2
 """
 
 import contextlib
+import gc
 import os
 import signal
 import sys
@@ -15,6 +16,9 @@ from itertools import pairwise
 import pytest
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy comes; workers inherit it
+# Python's own threshold of 700 new objects looks for cycles so often that it takes a tenth of the
+# time: each full look goes through all libraries, syntax trees and collected tests.
+gc.set_threshold(50_000, 20, 20)
 
 pytest_plugins = [
     *("tests.support.closed_form_analysis", "tests.support.closed_form_plants"),
@@ -36,6 +40,10 @@ def pytest_collection_modifyitems(items):
     ends = [len(items) * part // parts for part in range(parts + 1)]
     for begin, end in pairwise(ends):
         items[begin:end] = sorted(items[begin:end], key=lambda item: item.path not in slow)
+
+
+def pytest_collection_finish():
+    gc.freeze()  # what is there now stays to the end
 
 
 def pytest_unconfigure(config):
@@ -141,6 +149,18 @@ def calls_of(monkeypatch):
         return calls
 
     return recorded
+
+
+@pytest.fixture(scope="session")
+def window(tmp_path_factory):
+    """One Chromium for all pages: its start, and its first WebGL, take seconds."""
+    from tests.support.browser import Browser
+
+    folder = tmp_path_factory.mktemp("window")
+    blank = folder / "blank.html"
+    blank.write_text("<title>blank</title>", encoding="utf-8")
+    with Browser(blank, folder) as browser:
+        yield browser
 
 
 @contextlib.contextmanager

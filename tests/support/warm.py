@@ -6,23 +6,34 @@ import contextlib
 import os
 import pickle
 import threading
+from collections import defaultdict
 
 from fingerdesign.runtime.child import name_of, resolved
-from fingerdesign.runtime.isolate import Worker
+from fingerdesign.runtime.isolate import Worker, call
 
 _CACHE, _CURRENT = "FINGERDESIGN_CACHE", "PYTEST_CURRENT_TEST"  # others for each test
+_ENDED_S = 1.0  # a call with less time is made to be ended: it gets a fresh process
+
+
+class _Own(threading.local):
+    """The workers of a thread that wait, by their environment and what they have loaded."""
+
+    def __init__(self):
+        self.free = defaultdict(list)
 
 
 class Warm:
-    """``call`` and ``concurrently`` of :mod:`fingerdesign.runtime.isolate` by processes that stay
-    as long as the environment does: some for the kernel, some for each other module whose functions
-    they run. The cache's folder is sent with each call."""
+    """``call`` and ``concurrently`` of :mod:`fingerdesign.runtime.isolate` by processes that stay:
+    for each environment some for the kernel, and some for each other module whose functions they
+    run. The cache's folder is sent with each call."""
 
     def __init__(self):
-        self._own = threading.local()  # a worker is for one thread
+        self._own = _Own()
 
     def call(self, function, *given, time_s, memory_MB=None, **named):
         """As ``isolate.call``, but for its folder."""
+        if time_s < _ENDED_S:
+            return call(function, *given, time_s=time_s, memory_MB=memory_MB, **named)
         with self._worker(function) as worker:
             request = os.environ.get(_CACHE), name_of(function), given, named
             return worker.call(run, *request, time_s=time_s, memory_MB=memory_MB)
@@ -48,12 +59,11 @@ class Warm:
 
     @contextlib.contextmanager
     def _worker(self, function):
-        around = {key: each for key, each in os.environ.items() if key not in (_CACHE, _CURRENT)}
-        if around != getattr(self._own, "around", None):
-            self._own.around, self._own.free = around, {}
+        around = ((key, each) for key, each in os.environ.items() if key not in (_CACHE, _CURRENT))
         module = name_of(function).partition(":")[0]
-        free = self._own.free.setdefault("cad" if "cad" in module.split(".") else module, [])
-        worker = free.pop() if free else Worker(recycled_after=20, idle_s=120.0)
+        place = frozenset(around), "cad" if "cad" in module.split(".") else module
+        free = self._own.free[place]
+        worker = free.pop() if free else Worker(recycled_after=60, idle_s=120.0)
         try:
             yield worker
         finally:

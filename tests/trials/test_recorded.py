@@ -5,7 +5,6 @@ import json
 import os
 import re
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -427,27 +426,17 @@ def test_a_folder_without_recordings_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("more", "wanted"),
+    ("given", "wanted"),
     [
-        (["maeno2000"], "leave out DESIGN"),
-        (["--plants", "3"], "leave out plants"),
-        (["--tune"], "leave out tune"),
+        ("", "Missing argument 'DESIGN'"),
+        ("--recorded none", "--recorded"),
+        ("--recorded . maeno2000", "leave out DESIGN"),
+        ("--recorded . --plants 3", "leave out plants"),
+        ("--recorded . --tune", "leave out tune"),
     ],
 )
-def test_other_work_is_refused_with_recordings(more, wanted, tmp_path, capsys):
-    assert main(["study", "--recorded", str(tmp_path), *more]) == 2
-    assert wanted in capsys.readouterr().err
-
-
-def test_a_study_without_a_design_is_refused(capsys):
-    assert main(["study"]) == 2
-    assert "Missing argument 'DESIGN'" in capsys.readouterr().err
-
-
-def test_a_folder_that_is_not_there_is_named(tmp_path, capsys):
-    missing = Path(tmp_path / "none")
-    assert main(["study", "--recorded", str(missing), "--out", str(tmp_path)]) == 2
-    assert "--recorded" in capsys.readouterr().err
+def test_wrong_use_of_the_command_is_refused(given, wanted, terminal, in_tmp_path):
+    assert wanted in terminal("study", *given.split(), code=2).err
 
 
 def read_changed(folder, change):
