@@ -52,8 +52,8 @@ typedef struct {
    the preload, N/mm. 1, where they or the curves cannot be; else 0. */
 int regulator_init(regulator *r, const regulator_curves *curves, int delay, float stiffness);
 
-/* What the next step feels of the torque about the normal, +y through the contact's middle, N mm. Of
-   a cell with six axes, and before each step. */
+/* The torque of the next step's sample, N mm: about the normal, +y through the contact's middle. Call
+   it before each step where the force cell has six axes. */
 void regulator_torque(regulator *r, float torque);
 
 /* The next move, of what is felt now; lifted: the object has left its support. 1, and no move,
