@@ -259,7 +259,8 @@ def export() -> None:
     multiple=True,
     metavar="NAME",
     help="With --perturbed: none (the model itself), all (every fault at once), or one of the "
-    "faults in docs/how_to/control.md; may be given again. Without it all of these.",
+    "faults in docs/how_to/control.md; joined by + several at once; may be given again. Without "
+    "it none, each fault and all.",
 )
 @click.option(
     "--plants",
