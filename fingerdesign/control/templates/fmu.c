@@ -2,8 +2,8 @@
    sample of the hand. Compile this file alone (-std=c99 -shared -fPIC -lm); it includes the others.
    Its network's weights are in resources/weights.bin: all high bytes, then all low ones.
 
-   Reals: the readings, F_n, F_t, torque (inputs); dx, dy, stick_ratio, used, friction (outputs); stiffness,
-   cross_talk (parameters). Integers: delay. Booleans: lifted (input); unsure, missed (outputs). */
+   Reals: the readings, F_n, F_t, torque (inputs); dx, dy, stick_ratio, used, friction (outputs);
+   stiffness, cross_talk (parameters). Integers: delay. Booleans: lifted (input); unsure, missed (outputs). */
 
 #include "regulator.c"
 
