@@ -144,17 +144,37 @@ def test_too_few_grips_are_refused(problem, grips):
         train_estimator(problem, "key", SETTINGS, grips=grips[:4])
 
 
+def interrupted_after(fingers):
+    """A report that ends a training when so many fingers are ready."""
+    seen = []
+
+    def report(message):
+        seen.extend([message] if message.startswith("grips:") else [])
+        if len(seen) == fingers:
+            raise KeyboardInterrupt
+
+    return report
+
+
 @pytest.mark.slow
-def test_perturbed_fingers_train_the_same_with_any_number_of_workers(cache_in, tmp_path):
+def test_an_interrupted_training_goes_on_and_is_that_of_any_workers(cache_in, tmp_path):
     keys = {"training_fingers": 4, "training_grips": 50}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
     design = with_values(load_design("sensitive"), values | COARSE | {"grip.max_steps": 60})
-    found = []
-    for workers in (1, 2):
-        cache_in(tmp_path / str(workers))
-        with epochs(8):
-            found.append(training.training_result_for(design, workers=workers))
-    one, two = found
+    with epochs(8):
+        cache_in(tmp_path / "2")
+        two = training.training_result_for(design, workers=2)
+        cache_in(tmp_path / "1")
+        with pytest.raises(KeyboardInterrupt):
+            training.training_result_for(design, interrupted_after(1))
+        stored = (tmp_path / "1/trained fingers").glob("*.npz")
+        made = {path: path.stat().st_ino for path in stored}
+        assert 0 < len(made) < 4
+        with pytest.raises(KeyboardInterrupt):
+            training.training_result_for(design, interrupted_after(3))
+        assert {path: path.stat().st_ino for path in made} == made
+        one = training.training_result_for(design)
+    assert not list(tmp_path.glob("*/trained fingers/*.npz"))
     assert one.estimator.to_json() == two.estimator.to_json()
     assert len(one.estimator.bands) == 2
     assert one.friction_utilisation_errors[0] < 0.35

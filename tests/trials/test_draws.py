@@ -13,7 +13,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.perturb.faults import ALL, TRAINING_FAULTS
 from fingerdesign.sensing.perturb.finger import PerturbedFinger, drawn_changes, places_of
-from fingerdesign.sensing.train.result import finger_seeds
+from fingerdesign.sensing.train.family import finger_seeds
 from fingerdesign.trials.grid import EVERY, Cell, ControlGrid, Perturbed, seed_of
 
 PLANTS, LIFTS = 1000, 2

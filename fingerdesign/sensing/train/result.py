@@ -10,52 +10,43 @@ and the training's version.
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 from time import perf_counter
 
 from fingerdesign.analysis.case import gage_array
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.checks.load import with_values
-from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.contact.turning import turning
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
 from fingerdesign.control.former_estimator import NAME, OLDEST, PRESENT
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import Fault
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.runtime.cache import Cache
-from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
-from fingerdesign.runtime.streams import seed_for
 from fingerdesign.sensing.model import (
     CONTACT_SIZE_MM,
     FIDELITIES,
     MESHED,
-    bench_problem,
     grip_problem,
     meshed_for_grips,
 )
-from fingerdesign.sensing.perturb.faults import OF_OBJECTS
-from fingerdesign.sensing.perturb.finger import PerturbedFinger, facing, perturb, training_faults
-from fingerdesign.sensing.train.estimator import BANDS, TrainingResult, train_estimator
+from fingerdesign.sensing.train.estimator import TrainingResult, train_estimator
+from fingerdesign.sensing.train.family import (
+    TURNING,
+    Family,
+    forget,
+    grips_of_family,
+    turns_objects,
+)
 from fingerdesign.sensing.train.forecast import forecast_words, training_seconds
-from fingerdesign.sensing.train.paths import RandomGripPath, Settings, grip_paths_on
-from fingerdesign.sensing.train.policy import policy_grips
-from fingerdesign.sensing.train.samples import finger_curves
+from fingerdesign.sensing.train.paths import Settings
 from fingerdesign.version import __version__
 
 TRAINING = 13  # Raise it when the training data or the training itself changes.
-_CARRIES_N = 1.0  # F_t for the springs of an object that turns, which hardly count.
 _ANY_SHARE = 0.5  # An estimator reads gages, not their area.
-# One in so many fingers holds objects that turn, where the rig measures torque: whole, it takes
-# five times the work of half a finger.
-_TURNING = 6
-_FIRST_PART = 3  # One in so many fingers trains the behaviour policy.
 
 
 def training_result_for(
@@ -79,26 +70,27 @@ def training_result_for(
     problem = grip_problem(design, fidelity, report=report)
     model_s = perf_counter() - start
     seconds = training_seconds(problem, settings, model_s, workers)
-    if _turns(settings, fidelity) and problem.model.symmetry_factor == 2:
+    if turns_objects(settings, fidelity) and problem.model.symmetry_factor == 2:
         start = perf_counter()
         problem = grip_problem(design, fidelity, report=report, whole=True)
-        seconds *= 1.0 + max((perf_counter() - start) / model_s - 1.0, 0.0) / _TURNING
+        seconds *= 1.0 + max((perf_counter() - start) / model_s - 1.0, 0.0) / TURNING
     begun, whole = perf_counter(), forecast_words(seconds)
     report(f"training on {settings.grips} grips, {settings.fingers} fingers: {whole}")
     grips = None
     if settings.fingers > 1:
-        family = _Family(design, settings, fidelity)
+        family = Family(design, settings, fidelity, key)
 
         def shown(message: str) -> None:
             left = seconds - (perf_counter() - begun)
             words = f"{forecast_words(left)} left" if left > 0.0 else f"longer than {whole}"
             report(f"{message}; {words}")
 
-        grips = _grips_of_family(family, problem, shown, workers)
+        grips = grips_of_family(family, problem, shown, workers)
     own = finger_key(design, fidelity)
     result = train_estimator(problem, own, settings, report, grips, workers=workers)
     text = training_text(result)
     cache.put_text(f"{key}.txt", text)
+    forget(key)
     # The file has fewer digits: who trains has the same numbers as who reads it.
     return _read(text) or result
 
@@ -117,92 +109,6 @@ def settings_of(design: Design) -> Settings:
         seed=grip.seed,
         fingers=own.training_fingers,
     )
-
-
-@dataclass(frozen=True)
-class _Family:
-    """A design whose perturbed fingers share the grips of a training."""
-
-    design: Design
-    settings: Settings
-    fidelity: str
-
-
-def _grips_of_family(
-    family: _Family, problem: ContactProblem, report: Report, workers: int
-) -> list[RandomGripPath]:
-    """Make grips of perturbed fingers and objects. A first part of the fingers makes random paths,
-    which train the behaviour policy; the others make half of their grips with it. These others come
-    first, so that held-out grips are theirs."""
-    settings = family.settings
-    first = -(-settings.fingers // _FIRST_PART)
-    done: list[RandomGripPath] = []
-
-    def make(numbers: range, policy: GripEstimator | None) -> list[RandomGripPath]:
-        grips: list[RandomGripPath] = []
-        for each in pool.in_order(_grips_of_finger, [(number, policy) for number in numbers]):
-            grips += each
-            count = len(done) + len(grips)
-            report(f"grips: {count} of {settings.grips}, {settings.fingers} fingers")
-        return grips
-
-    with Pool(workers, shared=(family,)) as pool:
-        done = make(range(first), None)
-        pilot = train_estimator(problem, "pilot", settings, report, done, bands=BANDS[:1])
-        # A file has fewer digits: who stores the pilot makes the same grips as who does not.
-        policy = GripEstimator.from_json(pilot.estimator.to_json())
-        return make(range(first, settings.fingers), policy) + done
-
-
-def _grips_of_finger(
-    family: _Family, number: int, policy: GripEstimator | None
-) -> list[RandomGripPath]:
-    """Make the grips of one perturbed finger, with the curves that its bench would show; half of
-    them by the behaviour policy. Some hold objects that turn, where the rig measures it.
-
-    Each grip is of another object, which needs no other model. Empty where no draw of the finger is
-    sound.
-    """
-    design, settings = family.design, family.settings
-    faults, count = training_faults(design), -(-settings.grips // settings.fingers)
-    seed, *others = finger_seeds(settings.seed, number, count)
-    turns = _turns(settings, family.fidelity) and number % _TURNING == 0
-    off = {"off_centre"} if turns else set()
-    try:
-        finger = perturb(design, {*faults, *off}, seed).design
-    except DesignError:
-        return []
-    kinds = (OF_OBJECTS & set(faults)) | off
-    drawn = [
-        perturb(finger, kinds | {"patches"} if number % 2 else kinds, each)
-        for number, each in enumerate(others)
-    ]
-    bench = bench_problem(finger, [each.object for each in drawn], family.fidelity)
-    own = 0 if policy is None else count // 2
-
-    def problems(objects: Sequence[PerturbedFinger]) -> Iterator[ContactProblem]:
-        for each in objects:  # One at a time, for they are large.
-            problem, arm = facing(bench, each), each.design.grip.off_centre_mm
-            yield turning(problem, arm, _CARRIES_N) if arm else problem
-
-    curves = finger_curves(bench, settings.face, settings.bounds)
-    with one_thread():
-        grips = grip_paths_on(problems(drawn[own:]), settings, seed)
-        if policy is not None:
-            mine = problems(drawn[:own])
-            grips += policy_grips(bench, mine, settings.face, design.grip, policy, seed)
-        return [replace(each, curves=curves) for each in grips if each.moments]
-
-
-def _turns(settings: Settings, fidelity: str) -> bool:
-    """True where objects that turn are trained on."""
-    return fidelity == "3d" and settings.torque_noise is not None
-
-
-def finger_seeds(seed: int, number: int, objects: int) -> list[int]:
-    """The seed of a training's finger, then those of its objects."""
-    others = [seed_for(seed, "trained object", number, each) for each in range(objects)]
-    return [seed_for(seed, "trained finger", number), *others]
 
 
 def training_key(design: Design, settings: Settings, fidelity: str = "plane-strain") -> str:
