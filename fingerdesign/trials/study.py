@@ -142,7 +142,7 @@ def run_study(
         trials,
         names,
         grid,
-        _warnings(bench, trials),
+        warnings_of(bench, trials),
         design=design.design.name,
         digest=digest,
         model=_model_data(bench),
@@ -295,7 +295,7 @@ def _preload_force(bench: GripBench) -> float:
     return float(np.interp(share, np.linspace(0.0, 1.0, len(forces)), forces))
 
 
-def _warnings(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
+def warnings_of(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
     """List what keeps any controller from success on this grid, and grips that failed."""
     found = []
     grid, strongest = bench.grid, float(bench.calibration(0.0).normal.normal_force[-1])
@@ -313,6 +313,14 @@ def _warnings(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
             f"the lightest, roughest object may be pressed with {MOST_FORCE * least:.2f} N, and "
             f"grip.preload_mm = {bench.bounds.preload:g} presses with {preload:.2f} N already: "
             "nothing can lift it without crushing"
+        )
+    labels = () if grid.perturbed is None else grid.perturbed.labels
+    turns = any("off_centre" in faults_of(label) for label in labels)
+    measured, known = bench.grip.hardware.torque_noise_Nmm is not None, bench.estimator
+    if turns and measured and known is not None and not known.curves.turn_radius.any():
+        found.append(
+            "the cell measures torque, and the estimator knows no turn radius: it takes an object "
+            "that turns for one that slips; train it again by fingerdesign train --fidelity 3d"
         )
     failed = [each.result for each in trials if each.result.outcome == "failed"]
     if failed:

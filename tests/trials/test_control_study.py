@@ -19,10 +19,18 @@ from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.records.statistics import share_of
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.train.result import finger_key
-from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, refuse, seed_of
+from fingerdesign.trials.grid import (
+    FRICTIONS,
+    MASSES_G,
+    Cell,
+    ControlGrid,
+    Perturbed,
+    refuse,
+    seed_of,
+)
 from fingerdesign.trials.record import COLUMNS
 from fingerdesign.trials.stored import KIND, key_of, run_batches, stored_grips
-from fingerdesign.trials.study import StudyOptions, run_study
+from fingerdesign.trials.study import StudyOptions, run_study, warnings_of
 from fingerdesign.trials.summary import Trial, summarise, unannounced, unsure
 from tests.support.grips import grip
 from tests.trials.conftest import GRID
@@ -229,6 +237,29 @@ def test_what_the_controller_reported_counts_where_it_went_wrong(dropped, forces
     trace = SimpleNamespace(unsure=reported, normal_force=np.array(forces), lift_step=lift)
     assert unsure_at_the_end(trace, dropped, 3.0) is expected
     assert unsure_at_the_end(SimpleNamespace(unsure=None), dropped, 3.0) is None
+
+
+@pytest.mark.parametrize(
+    ("torque_noise", "radius", "label", "warned"),
+    [
+        (0.05, 0.0, "all+off_centre", True),
+        (0.05, 4.0, "off_centre", False),  # it knows how far objects give way
+        (None, 0.0, "off_centre", False),  # a cell without torque has no remedy
+        (0.05, 0.0, "all", False),
+    ],
+)
+def test_an_estimator_that_cannot_tell_turning_from_slip_is_warned_of(
+    torque_noise, radius, label, warned
+):
+    press = SimpleNamespace(normal=SimpleNamespace(normal_force=np.array([0.0, 100.0])))
+    bench = SimpleNamespace(
+        grid=ControlGrid.of_perturbed(Perturbed((label,))),
+        calibration=lambda noise: press,
+        bounds=SimpleNamespace(preload=1e-4, max_approach=1.0),
+        grip=SimpleNamespace(hardware=SimpleNamespace(torque_noise_Nmm=torque_noise)),
+        estimator=SimpleNamespace(curves=SimpleNamespace(turn_radius=np.full(3, radius))),
+    )
+    assert any("turn radius" in words for words in warnings_of(bench, ())) is warned
 
 
 def test_unannounced_are_those_that_went_wrong_without_a_warning():
