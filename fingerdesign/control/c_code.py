@@ -4,7 +4,7 @@
         (folder / name).write_text(text)
 
 Single precision, no libraries but C's own, no memory allocated. Templates are in templates/; what
-they name in capitals are the numbers here, in estimator.py and in the regulator's file. Weights
+they name in capitals are the numbers here, in features.py and in the regulator's file. Weights
 are 16-bit integers as in the estimator's file.
 """
 
@@ -18,9 +18,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fingerdesign.control import estimator as features
+from fingerdesign.control import features
 from fingerdesign.control.controllers import regulator
-from fingerdesign.control.estimator import LAGS, GripEstimator, feature_count, in_16_bits
+from fingerdesign.control.estimator import OUTLIER, GripEstimator, in_16_bits
+from fingerdesign.control.features import LAGS, feature_count
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def constants(estimator: GripEstimator, grip: Grip) -> dict[str, float]:
     found |= {name.upper(): float(each) for name, each in vars(own).items()}
     found["LEAST_FRICTION"], found["MOST_FRICTION"] = found["FRICTION"]
     found["APPROACH_STEP"], found["SHEAR_STEP"] = grip.approach_step_mm, grip.shear_step_mm
-    found["LOG_NOISE"] = math.log(estimator.noise + 0.1)
+    found["OUTLIER"], found["LOG_NOISE"] = OUTLIER, math.log(estimator.noise + 0.1)
     found["NOTHING"] += found["LOUDEST"] * estimator.noise
     return {name: each for name, each in found.items() if isinstance(each, float)}
 

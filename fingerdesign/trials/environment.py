@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
-from fingerdesign.control.estimator import GripEstimator, Moment
+from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.control.features import Moment
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Truth, press, safety_margin

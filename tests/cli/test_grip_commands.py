@@ -9,7 +9,8 @@ import pytest
 
 from fingerdesign import load_design
 from fingerdesign.control.c_code import c_files
-from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
+from fingerdesign.control.estimator import Band, GripEstimator, Layer
+from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.sensing.model import grip_problem
 from fingerdesign.sensing.train.result import finger_key
 from tests.support.fingers import COARSE

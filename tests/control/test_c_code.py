@@ -14,7 +14,8 @@ import pytest
 
 from fingerdesign.control.c_code import c_files, in_16_bits
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
-from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
+from fingerdesign.control.estimator import Band, GripEstimator, Layer
+from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.control.plants.plant import CondensedPlant, press
 from fingerdesign.control.roster import Object
 from fingerdesign.control.signals import Sample

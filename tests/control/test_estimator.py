@@ -9,14 +9,10 @@ import pytest
 
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
-from fingerdesign.control.estimator import (
+from fingerdesign.control.estimator import Band, Estimated, EstimatorError, GripEstimator, Layer
+from fingerdesign.control.features import (
     LAGS,
-    Band,
-    Estimated,
-    EstimatorError,
     FingerCurves,
-    GripEstimator,
-    Layer,
     Moment,
     feature_count,
     features,

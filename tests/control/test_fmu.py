@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fingerdesign_cli import sensing
 
-from fingerdesign.control.estimator import FingerCurves
+from fingerdesign.control.features import FingerCurves
 from fingerdesign.control.fmi.pack import systems_of
 from fingerdesign.control.fmi.regulator import FILE, fmu
 from fingerdesign.runtime import native

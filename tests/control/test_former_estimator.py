@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerdesign.control.estimator import EstimatorError, GripEstimator, Moment
+from fingerdesign.control.estimator import EstimatorError, GripEstimator
+from fingerdesign.control.features import Moment
 from fingerdesign.control.signals import Sample
 
 FORMER = Path(__file__).parent / "former"

@@ -9,7 +9,7 @@ import pytest
 from fingerdesign import load_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import contact_problem
-from fingerdesign.control.estimator import FingerCurves
+from fingerdesign.control.features import FingerCurves
 from fingerdesign.control.fmi import plant, regulator
 from fingerdesign.control.plants.plant import CondensedPlant, press
 from fingerdesign.errors import DesignError

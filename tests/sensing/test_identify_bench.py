@@ -14,7 +14,8 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.control.bench_curves import Phase, Points, bench_curves, points_of
 from fingerdesign.control.bench_table import read_bench
 from fingerdesign.control.calibration import Bounds, calibrate
-from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
+from fingerdesign.control.estimator import Band, GripEstimator, Layer
+from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample

@@ -8,7 +8,8 @@ from fingerdesign_cli.inputs import estimator_for
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.control.estimator import Band, FingerCurves, GripEstimator, Layer, feature_count
+from fingerdesign.control.estimator import Band, GripEstimator, Layer
+from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.control.former_estimator import OLDEST, PRESENT
 from fingerdesign.design.shipped import ESTIMATOR_SUFFIX, estimator_texts, shipped_path
 from fingerdesign.errors import DesignError

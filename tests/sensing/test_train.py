@@ -11,7 +11,8 @@ import pytest
 
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.calibration import Bounds
-from fingerdesign.control.estimator import GripEstimator, feature_count, outputs_of
+from fingerdesign.control.estimator import GripEstimator, outputs_of
+from fingerdesign.control.features import feature_count
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.train import network

@@ -454,7 +454,7 @@ fingerdesign/control/plants/lift.py | tests/control/test_turning_lift.py
 + if False:
 
 turning: the square of the arm over the turn radius is forgotten
-fingerdesign/control/estimator.py | tests/control/test_estimator.py
+fingerdesign/control/features.py | tests/control/test_estimator.py
 - return 1.0 / (1.0 + (arm / radius) ** 2) if radius > 0.0 else 1.0
 + return 1.0 / (1.0 + abs(arm) / radius) if radius > 0.0 else 1.0
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from fingerdesign.control.c_code import constants, in_16_bits
-from fingerdesign.control.estimator import LAGS, SILENT, readings_at
+from fingerdesign.control.features import LAGS, SILENT, readings_at
 
 CURVES = "normal_force", "pressed", "sticking", "approach", "stiffness"
 RADIUS = "turn_radius"

@@ -11,13 +11,7 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import parse_design
 from fingerdesign.control.calibration import Bounds
-from fingerdesign.control.estimator import (
-    LEAST_FORCE,
-    FingerCurves,
-    Moment,
-    feature_count,
-    features,
-)
+from fingerdesign.control.features import LEAST_FORCE, FingerCurves, Moment, feature_count, features
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError

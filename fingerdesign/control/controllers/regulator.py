@@ -38,7 +38,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.control.estimator import LEAST_FORCE, Estimated, Moment
+from fingerdesign.control.estimator import Estimated
+from fingerdesign.control.features import LEAST_FORCE, Moment
 from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.runtime.registry import key

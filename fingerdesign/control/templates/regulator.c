@@ -1,7 +1,8 @@
 /* The stick-ratio regulator of one finger, in single precision. @origin@
 
-   The same as fingerdesign's control/estimator.py and control/controllers/regulator.py, which say
-   why. Without contraction (gcc -std=c99) and without -ffast-math it gives the same bits anywhere. */
+   The same as fingerdesign's control/features.py, control/estimator.py and
+   control/controllers/regulator.py, which state the reasons. Without contraction (gcc -std=c99)
+   and without -ffast-math it gives the same bits anywhere. */
 
 #include "regulator.h"
 

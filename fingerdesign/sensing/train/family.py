@@ -16,7 +16,8 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.turning import turning
-from fingerdesign.control.estimator import FingerCurves, GripEstimator, Moment
+from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.control.features import FingerCurves, Moment
 from fingerdesign.control.plants.plant import Truth
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.schema import Design

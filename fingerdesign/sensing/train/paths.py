@@ -13,7 +13,7 @@ import numpy as np
 
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
-from fingerdesign.control.estimator import FingerCurves, Moment
+from fingerdesign.control.features import FingerCurves, Moment
 from fingerdesign.control.plants.plant import CondensedPlant, Truth
 from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.errors import SolverError

@@ -18,7 +18,8 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
 from fingerdesign.control.episode import run_episode
-from fingerdesign.control.estimator import GripEstimator, Moment
+from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.control.features import Moment
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant, Relaxation, Timed
 from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth

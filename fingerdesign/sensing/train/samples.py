@@ -9,13 +9,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.turning import turn_radius
 from fingerdesign.control.calibration import Bounds, calibrate
-from fingerdesign.control.estimator import (
-    LEAST_FORCE,
-    FingerCurves,
-    Moment,
-    feature_count,
-    features,
-)
+from fingerdesign.control.features import LEAST_FORCE, FingerCurves, Moment, feature_count, features
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings

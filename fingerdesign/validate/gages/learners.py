@@ -18,14 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.control.estimator import (
-    FingerCurves,
-    Layer,
-    feature_count,
-    outputs_of,
-    readings_at,
-    standardised,
-)
+from fingerdesign.control.estimator import Layer, outputs_of, standardised
+from fingerdesign.control.features import FingerCurves, feature_count, readings_at
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.train.network import center_and_scale, train_layers
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings

@@ -13,7 +13,7 @@ import numpy as np
 from fingerdesign.analysis.detection import stick_changes
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.estimator import LAGS
+from fingerdesign.control.features import LAGS
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.validate.gages.learners import Errors, QuickLearner

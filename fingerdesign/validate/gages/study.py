@@ -21,7 +21,7 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.detection import REFERENCE_NOISE
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.control.estimator import FingerCurves
+from fingerdesign.control.features import FingerCurves
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
