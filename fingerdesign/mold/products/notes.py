@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -21,12 +21,10 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.fitting import sheet_words
 from fingerdesign.layout.gaps import PlateGap, least_gap
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.layout.volume import outline_volume
-from fingerdesign.mold.part import COUPON, COUPON_COMB, PartMesh, axis_name
+from fingerdesign.mold.part import COUPON, COUPON_COMB, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
-from fingerdesign.mold.plan.pieces import WORDS, BaseHole, HoleKind
 from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
-from fingerdesign.mold.products.bill import bolt_length, bolt_words, primer_words, spare_of
+from fingerdesign.mold.products.bill import bolts_in_words, primer_words, spare_of
 from fingerdesign.mold.products.casting import Casting, density_of
 from fingerdesign.mold.products.drawing import numbers_text
 from fingerdesign.report.page import macros
@@ -107,44 +105,33 @@ def windows_volume(plan: MoldPlan) -> float:
     return max(sizes)
 
 
-def sheet_thickness(part: PartMesh) -> float:
-    """Thickness of a part of sheet metal, mm."""
-    return round(float(np.ptp(part.vertices, axis=0).min()), 4)
-
-
 @dataclass(frozen=True)
 class NotesView(Casting):
     """A casting with what its notes name.
 
-    bolts      as they are bought, by axis; holes: of the base plate, by kind
-    sheets     parts that are cut of sheet metal; narrow: the least slot in them, mm
+    bolts      as they are bought, by axis; narrow: the least slot in a comb, mm
     gage       the type to order; legged: front legs have its leads
     platinum   cure of the silicone, which ``coated`` prints would stop; polyurethane: no silicone
-    combs      in the frames or walls; windows: openings behind them
-    gap, bar   distance of the coupon's plates, and the coupon's length, mm; cell_combs: of its cell
+    apart      distance of the coupon's plates; bar: its length, mm; cell_combs: of its cell
     inside     by how much plates end inside the back wall's outer face, mm
     """
 
     bolts: Mapping[str, Sequence[str]]
-    holes: Mapping[str, Sequence[BaseHole]]
-    sheets: Sequence[PartMesh]
     narrow: float
     gage: GageType | None
     legged: bool
     platinum: bool
     coated: bool
     polyurethane: bool
-    combs: Sequence[str]
-    gap: float | None
+    apart: PlateGap | None
     bar: float
     cell_combs: str
-    windows: int
     inside: float
 
     tilt, numbers, spare = TILT_DEG, staticmethod(numbers_text), staticmethod(spare_of)
     axis_name, primer = staticmethod(axis_name), staticmethod(primer_words)
     spacer, window_mm3 = staticmethod(spacer_height), staticmethod(windows_volume)
-    bend, thickness = staticmethod(leg_bend), staticmethod(sheet_thickness)
+    bend = staticmethod(leg_bend)
 
 
 def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
@@ -154,29 +141,22 @@ def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
 
 
 def _notes_view(casting: Casting) -> NotesView:
-    design, plan, meshes = casting.design, casting.plan, casting.meshes
-    mold, apart = design.mold, least_gap(casting.trial)
-    bolts = sorted(plan.bolts, key=lambda bolt: str((bolt.size, bolt_length(bolt))))
-    bar = next(part for part in meshes.coupon if part.name == COUPON)
-    combed = [side for side in plan.sides if side.comb]
-    polyurethane = design.body.material.startswith("polyurethane")
+    mold, plan, coupon = casting.design.mold, casting.plan, casting.meshes.coupon
+    bar = next(part for part in coupon if part.name == COUPON)
+    polyurethane = casting.design.body.material.startswith("polyurethane")
     platinum = mold.cure == "platinum" and not polyurethane
     return NotesView(
         **vars(casting),
-        bolts={axis: [bolt_words(bolt) for bolt in bolts if bolt.axis == axis] for axis in "yz"},
-        holes={k: [h for h in plan.base_holes if h.kind == k] for k in get_args(HoleKind)},
-        sheets=[part for part in meshes.parts if part.made == "sheet"],
-        narrow=min((slot.width for side in combed for slot in side.slots), default=math.inf),
+        bolts=bolts_in_words(plan),
+        narrow=min((s.width for e in plan.sides if e.comb for s in e.slots), default=math.inf),
         gage=None if casting.fit is None else casting.fit.found,
         legged=mold.leads == "leg" and bool(plan.legs),
         platinum=platinum,
         coated=mold.process == "sla" and platinum,
         polyurethane=polyurethane,
-        combs=[side.holder for side in combed],
-        gap=None if apart is None else apart.distance,
+        apart=least_gap(casting.trial),
         bar=round(float(np.ptp(bar.vertices[:, 0])), 3),
-        cell_combs=" ".join(e.name for e in meshes.coupon if e.name.startswith(COUPON_COMB)),
-        windows=len([side for side in plan.sides if side.window]),
+        cell_combs=" ".join(e.name for e in coupon if e.name.startswith(COUPON_COMB)),
         inside=round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
     )
 
@@ -200,11 +180,6 @@ def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
     return made, views
 
 
-def legs_share(plan: MoldPlan) -> float:
-    """The legs' volume over that of the finger's outline in mold space, 0 to 1."""
-    return plan.legs_volume / (plan.scale**3 * outline_volume(plan.design.body))
-
-
 class BridgedGap(NamedTuple):
     """Two plates between which air stays: pressures of wetting and of buoyancy, Pa, the distance
     that would let it go, mm, and a sound pitch that gives it; None: no pitch, or placed plates."""
@@ -216,21 +191,10 @@ class BridgedGap(NamedTuple):
     pitch: float | None
 
 
-@dataclass(frozen=True)
-class WarningsView:
-    """What a caster is warned of; shares of the rubber's place, and of the largest reading."""
-
-    plan: MoldPlan
-    legs_share: float
-    placement_worst: float
-    bridged: BridgedGap | None
-    front = WORDS
-
-
 def warnings_of(plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:
     """Warnings to the caster, found from the design: a sentence each."""
-    view = WarningsView(plan, legs_share(plan), placement_worst(placement), bridged_gap(plan))
-    own = _items(macros(TEMPLATES / "notes.j2").warnings(view))
+    given = plan, placement_worst(placement), bridged_gap(plan)
+    own = _items(macros(TEMPLATES / "notes.j2").warnings(*given))
     return sheet_words(plan.design) + cautions_of(plan.design) + own
 
 
