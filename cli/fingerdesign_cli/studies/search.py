@@ -253,7 +253,7 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
 
 
 def _found_data(found: Found) -> dict[str, object]:
-    """What a search found, for scripts."""
+    """Facts of a finished search, for scripts."""
     return {
         "passes": found.passes,
         "trials": len(found.tried),
