@@ -273,10 +273,10 @@ def _identity(case: Case, clock: Clock, chosen: str = "") -> dict[str, Any]:
 
 def model_summary(chosen: Choice) -> ModelSummary:
     """Summary of the model, and a sentence for each choice."""
-    case, model = chosen.case, chosen.model
-    mesh, design = model.mesh, case.design
+    model, design = chosen.model, chosen.case.design
+    mesh = model.mesh
     mixed = model.element == "mixed" and design.mesh.element == "auto"
-    reasons = sentences(MODEL, "reasons", case, mesh, chosen.zone, mixed, mirrors_in_z(design))
+    reasons = sentences(MODEL, "reasons", chosen, mixed, mirrors_in_z(design))
     return ModelSummary(
         dimension=2 if mesh.dimension == 2 else 3,
         element=f"{ELEMENT_WORDS[model.element]} {mesh.kind.words}, P1 contact tractions",

@@ -228,23 +228,24 @@ def slip_study(
     order = np.argsort(gage_x, kind="stable")
     steps = [step.measures for step in follow(problem, [Motion(*row) for row in rows])]
     samples = [_sample(step, face, order) for step in steps]
-    forces = np.array([(each.normal_force, each.tangential_force) for each in samples])
-    first = _first_samples(forces[:, 1], [row[1] for row in rows], known)
+    normal, tangential = np.array([(s.normal_force, s.tangential_force) for s in samples]).T
+    first = _first_samples(tangential, [row[1] for row in rows], known)
     calibration = known.calibration
     ordered = NormalCalibration(calibration.normal_force, calibration.readings[:, order])
     raw, clean = _responses(samples, first), _responses(samples, first, ordered)
     x = np.asarray(gage_x, dtype=float)[order]
-    area_raw, area = (gage_areas(x, each, known.threshold) for each in (raw, clean))
-    stick = np.array([step.stick_area for step in steps])
+    area_raw = gage_areas(x, raw, known.threshold)
+    area = gage_areas(x, clean, known.threshold)
+    measured = [(s.stick_area, s.contact_area, s.stick_width, s.stick_ratio) for s in steps]
+    stick, contact, width, ratio = np.array(measured, dtype=float).T  # a ratio that is None is NaN
     reported = np.logical_or.accumulate([index is not None for index in first])
-    used = reported & np.array([step.contact_area > 0.0 for step in steps])
-    others = [gage_areas(x, clean, each / known.share * known.threshold) for each in _SHARES]
+    used = reported & (contact > 0.0)
     steady = rank_correlation(np.flatnonzero(used).astype(float), stick[used])
-    ratio = [np.nan if step.stick_ratio is None else step.stick_ratio for step in steps]
+    others = {each: gage_areas(x, clean, each / known.share * known.threshold) for each in _SHARES}
     return SlipStudy(
         friction_coefficient=problem.friction_coefficient,
-        stick_ratio=np.array(ratio),
-        stick_length_mm=np.array([step.stick_width for step in steps]),
+        stick_ratio=ratio,
+        stick_length_mm=width,
         gage_area_raw_mm=area_raw,
         gage_area_mm=area,
         gage_x_mm=x,
@@ -253,13 +254,12 @@ def slip_study(
         threshold=known.threshold,
         rank_correlation_raw=rank_correlation(area_raw[used], stick[used]),
         rank_correlation=rank_correlation(area[used], stick[used]),
-        tangential_force=forces[:, 1],
-        normal_force=forces[:, 0],
+        tangential_force=tangential,
+        normal_force=normal,
         force_floor_N=known.floor,
         step_correlation=None if steady is None else abs(steady),
         rank_by_share=tuple(
-            (share, rank_correlation(each[used], stick[used]))
-            for share, each in zip(_SHARES, others, strict=True)
+            (share, rank_correlation(each[used], stick[used])) for share, each in others.items()
         ),
     )
 

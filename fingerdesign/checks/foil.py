@@ -1,5 +1,7 @@
 """Keys of a design whose plates take a gage that is sold, tried before they are reported."""
 
+from itertools import chain
+
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
@@ -27,8 +29,8 @@ def gage_keys(design: Design, fit: GageFit) -> dict[str, float]:
             found = gage_fit(with_values(design, values))
             return values if found is not None and found.found is not None else {}
         except DesignError as error:
-            tried = [pair for each in error.faults for pair in each.mends.items()]
-            mends = dict(pair for pair in tried if pair[0].startswith("plates."))
+            mends = dict(chain.from_iterable(each.mends.items() for each in error.faults))
+            mends = {key: value for key, value in mends.items() if key.startswith("plates.")}
             if not mends:
                 return {}
             values |= mends

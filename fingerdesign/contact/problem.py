@@ -24,6 +24,8 @@ from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.friction import FrictionLaw
 from fingerdesign.shapes.objects import Indenter
 
+FREE = slice(2, 4)  # The amplitudes, shear_z and twist, that an object free to turn finds itself.
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -54,9 +56,6 @@ class Motion:
         text += f", shear_z {self.shear_z:g} mm" if self.shear_z else ""
         text += f", twist {self.twist_deg:g} degrees" if self.twist_deg else ""
         return text + (f", load {self.load:g}" if self.load else "")
-
-
-FREE = slice(2, 4)  # The amplitudes, shear_z and twist, that an object free to turn finds itself.
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,11 @@ OppositeName = Literal["mirror", "bare"]
 _Share = Annotated[float, Field(gt=0, lt=1)]
 _Seconds = Annotated[float, Field(gt=0, le=1e6)]
 _PlateNumber = Annotated[int, Field(ge=0, le=100_000)]
+Friction = Annotated[float, Field(ge=LEAST_FRICTION, le=5)]
+_Mass = Annotated[float, Field(ge=LEAST_MASS_G, le=1e5)]
+_STRICT = ConfigDict(strict=True, allow_inf_nan=False)
+_ONE: TypeAdapter[float] = TypeAdapter(_Mass, config=_STRICT)
+_BOTH: TypeAdapter[tuple[float, float]] = TypeAdapter(Pair[_Mass, _Mass], config=_STRICT)
 
 
 class Tug(Table):
@@ -202,13 +207,6 @@ class HardwareTable(Table):
             return np.ones(2)
         draw = stream(self.specimen, "force gains").standard_normal(2)
         return np.asarray(1.0 + self.force_gain_spread * draw)
-
-
-Friction = Annotated[float, Field(ge=LEAST_FRICTION, le=5)]
-_Mass = Annotated[float, Field(ge=LEAST_MASS_G, le=1e5)]
-_STRICT = ConfigDict(strict=True, allow_inf_nan=False)
-_ONE: TypeAdapter[float] = TypeAdapter(_Mass, config=_STRICT)
-_BOTH: TypeAdapter[tuple[float, float]] = TypeAdapter(Pair[_Mass, _Mass], config=_STRICT)
 
 
 def _one_or_range(value: Any, _handler: Any) -> float | tuple[float, float]:

@@ -1,6 +1,7 @@
 """Volumes, areas and faces of a mesh against those of its design, in closed form (numpy only)."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,15 +27,20 @@ def worst_area_error(mesh: Mesh, design: Design) -> float:
         return 0.0
     target = outer_areas(mesh, design)
     none = np.zeros((0, 6), dtype=np.int64)
-    facets = {name: mesh.facets.get(name, none) for name in target}
-    found = {name: curved_areas(mesh.points, rows).sum() for name, rows in facets.items()}
-    groups = [{name} for name in target]
-    for face in outer_faces(design.body, mesh.symmetric):
-        joined = [group for group in groups if group & set(face.boundaries)]
-        if len(joined) > 1:  # no edge tells where one ends and the next begins
-            groups = [group for group in groups if group not in joined] + [set().union(*joined)]
+    found = {n: curved_areas(mesh.points, mesh.facets.get(n, none)).sum() for n in target}
+    groups = _joined(target, outer_faces(design.body, mesh.symmetric))
     areas = [[sum(each[name] for name in group) for each in (found, target)] for group in groups]
     return max(abs(float(area) / given - 1.0) for area, given in areas if given > 0.0)
+
+
+def _joined(names: Iterable[str], faces: Iterable[Carrier]) -> list[set[str]]:
+    """Names in groups: no edge shows where one ends and the next begins on one face."""
+    groups = [{name} for name in names]
+    for face in faces:
+        joined = [group for group in groups if group & set(face.boundaries)]
+        groups = [group for group in groups if group not in joined]
+        groups += [set().union(*joined)] if joined else []
+    return groups
 
 
 def outer_areas(mesh: Mesh, design: Design) -> dict[str, float]:
@@ -154,29 +160,22 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
 
     Next to the mesh's named facets, "plate_k" and "core": the surface of that region.
     """
-    frames = {frame.index: frame for frame in meshed_plates(mesh, design)}
+    solids = {frame.index + 1: plate_faces(frame) for frame in meshed_plates(mesh, design)}
+    if design.body.core is not None:
+        solids[design.core_region] = core_faces(design.body)
     outer = outer_faces(design.body, mesh.symmetric)
     found = {}
     for name, facets in mesh.facets.items():
         slot = re.fullmatch(r"plate_(\d+)_(upper|lower|end|cap)", name)
-        if slot and int(slot[1]) in frames:
-            faces = plate_faces(frames[int(slot[1])])
-        else:
-            faces = [face for face in outer if name in face.boundaries]
+        own = solids.get(int(slot[1]) + 1) if slot else None
+        faces = own or [face for face in outer if name in face.boundaries]
         if faces:
             found[name] = _greatest(mesh, np.unique(facets), faces)
-    cut: list[Carrier] = [plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if mesh.dimension == 3 else []
-    for number in np.unique(mesh.regions[mesh.regions > 0]):
-        if number == design.core_region and design.body.core is not None:
-            faces = core_faces(design.body)
-        elif int(number) - 1 in frames:
-            faces = plate_faces(frames[int(number) - 1])
-        else:
-            continue
+    cut: list[Carrier] = [plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if mesh.symmetric else []
+    for number in sorted(solids.keys() & set(mesh.regions.tolist())):
         surface = outer_facets(mesh.cells[mesh.regions == number])
         nodes = np.unique(np.concatenate([facets.ravel() for facets in surface]))
-        faces = faces + cut if mesh.symmetric else faces
-        found[mesh.region_name(int(number))] = _greatest(mesh, nodes, faces)
+        found[mesh.region_name(number)] = _greatest(mesh, nodes, solids[number] + cut)
     return found
 
 

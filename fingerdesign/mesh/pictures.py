@@ -26,6 +26,9 @@ SILICONE, BRONZE, CORE, EDGES = "#cfd8e3", "#b87333", "#a487b5", "#33475b"
 _NAMES = {"contact": "at the contact", "rest": "elsewhere in the rubber"}
 _COLOURS = {"contact": "#0b6fb0", "plates": "#d2560a", "core": "#b0569a", "rest": "#0a8f6b"}
 _STYLES = {"contact": "-", "plates": "--", "core": "-.", "rest": ":"}
+VIEW = (1500, 1100)  # pixels of the view in space
+MARKED = 10  # worst elements in the picture
+_SATURATED = 40.0  # degrees: what is better looks the same
 
 
 def placed(mesh: Mesh) -> Array:
@@ -182,11 +185,6 @@ def draw_ratios(axes: Any, ratios: dict[str, NDArray[Any]]) -> None:
     axes.set_ylim(0.0, 1.4 * axes.get_ylim()[1])
     axes.legend(fontsize=8.5, frameon=False, loc="upper left")
     axes.set_title("sizes against their targets", loc="left", fontsize=9.5)
-
-
-VIEW = (1500, 1100)  # pixels of the view in space
-MARKED = 10  # worst elements in the picture
-_SATURATED = 40.0  # degrees: what is better looks the same
 
 
 def draw_quality(

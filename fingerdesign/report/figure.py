@@ -246,7 +246,8 @@ def caption_chart(
     """
     title, reading, alternative = paragraphs(words, name, **values)
     data = pack(json.dumps(figure, allow_nan=False, separators=(",", ":")))
-    image = macros(COMMON / "plot.html.j2").plot(name, data, figure["layout"], still)
+    image = macros(COMMON / "plot.html.j2").plot(name, figure["layout"], still)
+    image += f'<script type="text/plain">{data}</script>\n'
     return ReportFigure(name, title, image, reading, alternative, drawn=True)
 
 

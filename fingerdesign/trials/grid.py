@@ -34,6 +34,7 @@ NONE, EVERY = "none", "all"  # labels of faults: the model itself, and every fau
 SEALED_SEED = 1_801_220_921
 _MOST = 1000  # values of one axis
 _MOST_GRIPS = 100_000  # of one controller: they take an hour
+LABELS = (NONE, *FAULTS, EVERY)
 
 
 @dataclass(frozen=True)
@@ -94,9 +95,6 @@ class Perturbed:
     def labels(self) -> tuple[str, ...]:
         """The faults in their order; without any the model itself, each alone, and all at once."""
         return tuple(dict.fromkeys(self.faults or (NONE, *ALL, EVERY)))
-
-
-LABELS = (NONE, *FAULTS, EVERY)
 
 
 def faults_of(label: str) -> tuple[str, ...]:

@@ -8,7 +8,6 @@ and bad above LIMIT.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from fingerdesign.report.page import paragraphs
 from fingerdesign.validate.record import THRESHOLDS, ComparisonData, Kind, Spread, Verdict
@@ -81,6 +80,26 @@ def worst_of(comparisons: Sequence[ComparisonData], gages: bool = True) -> list[
     return found
 
 
+@dataclass(frozen=True)
+class Advice:
+    """Worst errors of an assumption, and what its sentence names of them.
+
+    most: the greatest; good: up to KEEP; fair: up to LIMIT; bad: above; dear: fair or bad. one_way:
+    see :func:`_one_way`. seconds: of the model that assumes, and of the better one; worth: see
+    _WORTH.
+    """
+
+    verdict: Verdict
+    most: Worst
+    good: list[Worst]
+    fair: list[Worst]
+    bad: list[Worst]
+    dear: list[Worst]
+    one_way: dict[str, list[Worst]]
+    seconds: tuple[float, float]
+    worth = _WORTH
+
+
 def advise(
     kind: Kind, comparisons: Sequence[ComparisonData], gages: bool = True
 ) -> tuple[Verdict, str]:
@@ -94,19 +113,12 @@ def advise(
     good, dear = _split(worst, KEEP)
     fair, bad = _split(dear, LIMIT)
     verdict: Verdict = "keep" if good == worst else "drop" if bad == worst else "limited"
-    values: dict[str, Any]
-    if kind == "reading":  # one model gives both answers, so that nothing is saved
-        values = {"error": most.error}
-    elif kind == "value":
-        verdict = "keep" if good == worst else "measure"
-        values = {"worst": worst, "most": most, "good": good, "dear": dear}
-        values["one_way"] = _one_way(dear)
-    else:
-        dearest = max(comparisons, key=lambda each: each.better.seconds)
-        values = {"worst": worst, "most": most, "good": good, "fair": fair, "bad": bad}
-        values["seconds"] = (dearest.assumed.seconds, dearest.better.seconds)
-        values["worth"] = _WORTH
-    return verdict, paragraphs(WORDS, kind, verdict=verdict, **values)[0]
+    if kind == "value" and dear:
+        verdict = "measure"
+    dearest = max(comparisons, key=lambda each: each.better.seconds)
+    seconds = dearest.assumed.seconds, dearest.better.seconds
+    of = Advice(verdict, most, good, fair, bad, dear, _one_way(dear), seconds)
+    return verdict, paragraphs(WORDS, kind, of=of)[0]
 
 
 def _split(worst: Sequence[Worst], bound: float) -> tuple[list[Worst], list[Worst]]:

@@ -53,6 +53,16 @@ _FORECAST = 2.0  # within it forecasts hold
 _WARM = 3.0
 
 
+@dataclass(frozen=True)
+class Requested:
+    """A model to solve: in which dimension, sizes times ``scale``, with some keys changed."""
+
+    dimension: Dimension
+    scale: float
+    values: Values
+    plates: Plates | None
+
+
 @dataclass
 class Solves:
     """Every model of one design in one scene, solved when first needed.
@@ -93,13 +103,13 @@ class Solves:
         self, finer: float = 1.0, values: Values | None = None, plates: Plates | None = None
     ) -> Solved:
         """The finger in three dimensions, sizes times ``finer``, with some keys changed."""
-        return self._get("3-D", finer * self.scale, values or {}, plates)
+        return self._get(Requested("3-D", finer * self.scale, values or {}, plates))
 
     def section(
         self, scale: float = SECTION, values: Values | None = None, plates: Plates | None = None
     ) -> Solved:
         """The finger in plane strain."""
-        return self._get("plane strain", scale, values or {}, plates)
+        return self._get(Requested("plane strain", scale, values or {}, plates))
 
     def reader(self) -> Reader:
         """The finger in three dimensions, to be read by other gages."""
@@ -132,16 +142,10 @@ class Solves:
             f"{kelvin} K", f"{kelvin:g} K warmer", lambda: _warmer(solved, self.zone, kelvin)
         )
 
-    def _get(
-        self, dimension: Dimension, scale: float, values: Values, plates: Plates | None
-    ) -> Solved:
-        return self._kept(
-            f"{dimension} {scale} {sorted(values.items())} {plates}",
-            paragraphs(
-                WORDS, "solving", dimension=dimension, scale=scale, values=values, plates=plates
-            )[0],
-            lambda: self._solve(dimension, scale, values, plates),
-        )
+    def _get(self, model: Requested) -> Solved:
+        key = f"{model.dimension} {model.scale} {sorted(model.values.items())} {model.plates}"
+        words = paragraphs(WORDS, "solving", of=model)[0]
+        return self._kept(key, words, lambda: self._solve(model))
 
     def _kept(self, key: str, words: str, make: Callable[[], Made]) -> Made:
         """Result under a key, or failed to be, the first time."""
@@ -156,16 +160,14 @@ class Solves:
             raise known
         return known
 
-    def _solve(
-        self, dimension: Dimension, scale: float, values: Values, plates: Plates | None
-    ) -> Solved:
-        own = with_values(self.design, values) if values else self.design
-        model = rung(self.design, self.scene, dimension, scale)  # of the design: sizes stay
-        model = replace(model, plates=plates)
+    def _solve(self, of: Requested) -> Solved:
+        own = with_values(self.design, of.values) if of.values else self.design
+        model = rung(self.design, self.scene, of.dimension, of.scale)  # of the design: sizes stay
+        model = replace(model, plates=of.plates)
         if model.dimension == "3-D" and model.mesher == "sweep" and not can_extrude(own):
             model = replace(model, mesher="tetwild")
         solved = solve(own, self.scene, model, self.zone)
-        if dimension != "3-D" or values or plates is not None or scale != self.scale:
+        if of.dimension != "3-D" or of != Requested("3-D", self.scale, {}, None):
             solved.built = None  # its factors are needed only where gages are read again
         return solved
 

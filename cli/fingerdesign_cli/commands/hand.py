@@ -29,6 +29,14 @@ from fingerdesign_cli.options import (
     workers_option,
 )
 
+TARGETS = {
+    "c": "C99 without dependencies",
+    "fmu": "a co-simulation unit of FMI 2.0",
+    "fmu-plant": "the finger as such a unit",
+    "mjcf": "a MuJoCo model",
+    "urdf": "a robot description",
+}
+
 
 def _finite(
     _context: click.Context, parameter: click.Parameter, value: float | None
@@ -161,13 +169,6 @@ def identify() -> None:
     """
 
 
-TARGETS = {
-    "c": "C99 without dependencies",
-    "fmu": "a co-simulation unit of FMI 2.0",
-    "fmu-plant": "the finger as such a unit",
-    "mjcf": "a MuJoCo model",
-    "urdf": "a robot description",
-}
 noise_of_the_rig = click.option(
     "--noise",
     type=FiniteRange(0.0, 1e3),

@@ -232,28 +232,17 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
     best = found.best
     changes = {} if best is None else changes_between(design, best.design)
     if as_json():
+        paths = {"design": str(file), "folder": str(target), "page": str(page)}
         line(
-            {
-                "passes": found.passes,
-                "trials": len(found.tried),
-                "design": str(file),
-                "folder": str(target),
-                "page": str(page),
-                "conflict": found.conflict,
-                "excluding": list(GOALS) if found.front.excludes else [],
-                "front": found.front.best,
-                "note": found.note,
-                "changes": {key: new for key, (_, new) in changes.items()},
-            }
+            {**_found_data(found), **paths, "changes": {k: new for k, (_, new) in changes.items()}}
         )
         return
     if quiet():
         return
     if best is not None and best.result is not None:
         say_block(verdict_view(best.result, str(file)), target)
-    for words in (found.conflict, found.note):
-        if words:
-            say(words)
+    for words in filter(None, (found.conflict, found.note)):
+        say(words)
     for key, (old, new) in [*changes.items()][:_SHOWN]:
         say(f"  {key} = {new}" + ("" if old is None else f"   (was {old})"))
     if len(changes) > _SHOWN:
@@ -261,6 +250,18 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
     if best is not None:
         say(f"design: {file}")
     say(f"search: {page}")
+
+
+def _found_data(found: Found) -> dict[str, object]:
+    """Facts of a finished search, for scripts."""
+    return {
+        "passes": found.passes,
+        "trials": len(found.tried),
+        "conflict": found.conflict,
+        "excluding": list(GOALS) if found.front.excludes else [],
+        "front": found.front.best,
+        "note": found.note,
+    }
 
 
 @interrupted(GOES_ON)

@@ -59,7 +59,7 @@ def vent_checks(assembly: Assembly, _rng: np.random.Generator) -> list[Check]:
 def pour_turn(plan: MoldPlan) -> float:
     """Direction toward which the mold is tilted while it is filled: its first vent's corner, or +x
     +z without a vent; radians from +x toward +z."""
-    vents = ((hole.x, hole.z) for hole in plan.base_holes if hole.kind == "vent")
+    vents = ((hole.x, hole.z) for hole in plan.holes["vent"])
     x, z = next(vents, (1.0, 1.0))
     return float(np.arctan2(np.sign(z) or 1.0, np.sign(x) or 1.0))
 

@@ -14,11 +14,13 @@ base plate.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import get_args
 
 import numpy as np
 
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.limits import SPARE_MM, Limits, limits_of
 from fingerdesign.mold.plan.pieces import (
@@ -27,6 +29,7 @@ from fingerdesign.mold.plan.pieces import (
     Bolt,
     Box,
     CorePin,
+    HoleKind,
     Leg,
     Lug,
     Pin,
@@ -106,6 +109,11 @@ class MoldPlan(Extent):
     def limits(self) -> Limits:
         """Sizes that the process can make."""
         return limits_of(self.design.mold)
+
+    @cached_property
+    def holes(self) -> dict[HoleKind, list[BaseHole]]:
+        """The base plate's holes by their kind."""
+        return {k: [h for h in self.base_holes if h.kind == k] for k in get_args(HoleKind)}
 
     @cached_property
     def groove(self) -> tuple[float, float, float] | None:
@@ -235,6 +243,11 @@ class MoldPlan(Extent):
         """
         thick = self.thickness
         return sum(leg.width * thick[leg.plate] * (leg.exit - leg.start) for leg in self.legs)
+
+    @property
+    def legs_share(self) -> float:
+        """The legs' volume over that of the finger's outline in mold space, 0 to 1."""
+        return self.legs_volume / (self.scale**3 * outline_volume(self.design.body))
 
 
 def spacer_height(plan: MoldPlan) -> float:

@@ -273,12 +273,18 @@ def bolt_words(bolt: Bolt) -> str:
     return f"{bolt.size} threaded rod" if length is None else f"{bolt.size} x {length}"
 
 
+def bolts_in_words(plan: MoldPlan) -> dict[str, list[str]]:
+    """The bolts along y and z, by their axis, as they are bought."""
+    bolts = sorted(plan.bolts, key=lambda bolt: str((bolt.size, bolt_length(bolt))))
+    return {axis: [bolt_words(bolt) for bolt in bolts if bolt.axis == axis] for axis in "yz"}
+
+
 def hardware(plan: MoldPlan) -> Iterator[Item]:
     """Bolts with nuts and washers, dowels, core pins, core screws, what fastens the mount."""
     yield from _bolts(plan.bolts)
     dowels = _alike((pin.diameter, pin.length) for pin in plan.pins if pin.dowel)
     pins = _alike((pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins)
-    screws = _alike((hole.diameter,) for hole in plan.base_holes if hole.kind == "screw")
+    screws = _alike((hole.diameter,) for hole in plan.holes["screw"])
     for (wide, long), count in dowels:
         yield Item("dowel pin", count, *_STEEL, f"{wide:g} mm x {long:g} mm")
     for (wide, long), count in pins:

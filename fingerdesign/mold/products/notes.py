@@ -5,10 +5,10 @@ The words are in ``templates``; here are the numbers that they are made from.
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -16,16 +16,15 @@ from fingerdesign.checks.design import is_sound
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.schema import Design
+from fingerdesign.design.stock import GageType
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.fitting import sheet_words
 from fingerdesign.layout.gaps import PlateGap, least_gap
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.part import COUPON, COUPON_COMB, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
-from fingerdesign.mold.plan.pieces import WORDS
 from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
-from fingerdesign.mold.products.bill import bolt_length, bolt_words, primer_words, spare_of
+from fingerdesign.mold.products.bill import bolts_in_words, primer_words, spare_of
 from fingerdesign.mold.products.casting import Casting, density_of
 from fingerdesign.mold.products.drawing import numbers_text
 from fingerdesign.report.page import macros
@@ -90,71 +89,10 @@ def _is_plural(name: str) -> bool:
     return any(word.endswith("s") for word in name.split())
 
 
-def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
-    """Write sections of steps, in the order of the work, and the views that show them; what this
-    mold does not need is left out."""
-    design, plan, meshes, trial = casting.design, casting.plan, casting.meshes, casting.trial
-    bolts = sorted(plan.bolts, key=lambda bolt: str((bolt.size, bolt_length(bolt))))
-    apart = least_gap(trial)
-    bar = next(part for part in meshes.coupon if part.name == COUPON)
-    text = macros(TEMPLATES / "notes.j2").notes(
-        design=design,
-        plan=plan,
-        parts=meshes.parts,
-        thickness=lambda part: round(float(np.ptp(part.vertices, axis=0).min()), 4),
-        patterns=casting.patterns,
-        silicone=casting.silicone,
-        mixing=casting.mixing,
-        numbers=numbers_text,
-        bolts={axis: [bolt_words(bolt) for bolt in bolts if bolt.axis == axis] for axis in "yz"},
-        front=WORDS,
-        axis_name=axis_name,
-        tilt=TILT_DEG,
-        form=plan.limits.form_mm,
-        trial=trial,
-        gap=None if apart is None else apart.distance,
-        bar=round(float(np.ptp(bar.vertices[:, 0])), 3),
-        gage=None if casting.fit is None else casting.fit.found,
-        spare=spare_of,
-        primer=primer_words(design),
-        spacer=spacer_height(plan),
-        mounted=plan.groove is not None,
-        windows=len([side for side in plan.sides if side.window]),
-        window_mm3=windows_volume(plan),
-        cell_combs=" ".join(e.name for e in meshes.coupon if e.name.startswith(COUPON_COMB)),
-        inside=round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
-        bend=_bend(design),
-    )
-    return _sections(text)
-
-
-def _bend(design: Design) -> float:
+def leg_bend(design: Design) -> float:
     """Least radius, mm, that the own gage's film is bent to."""
     own = [each for each in design.gage_types if each.name == design.mold.gage]
     return max((each.bend_mm for each in own), default=3.0)
-
-
-def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
-    """Part a text into sections of steps and the views that its steps name; what was not put in
-    its place before is not taken off."""
-    sections = [section.partition("\n") for section in text.split("§ ")[1:]]
-    made: list[dict[str, Any]] = []
-    views, there = [], set[str]()
-    for title, _, lines in sections:
-        steps = _items(lines)
-        for number, step in enumerate(steps, start=1):
-            for verb, up, x, y, names in _VIEW.findall(step):
-                way = (float(x), float(y)) if x else None
-                shown = tuple(
-                    name
-                    for name in names.split()
-                    if verb != "take" or name in there or name.startswith("leg_")
-                )
-                there |= set(shown) if verb == "put" else set()
-                views.append(View(title, number, up, verb, shown, way))
-        if steps:
-            made.append({"title": title, "steps": [_VIEW.sub("", step) for step in steps]})
-    return made, views
 
 
 def windows_volume(plan: MoldPlan) -> float:
@@ -167,18 +105,97 @@ def windows_volume(plan: MoldPlan) -> float:
     return max(sizes)
 
 
-def legs_share(plan: MoldPlan) -> float:
-    """The legs' volume over that of the finger's outline in mold space, 0 to 1."""
-    return plan.legs_volume / (plan.scale**3 * outline_volume(plan.design.body))
+@dataclass(frozen=True)
+class NotesView(Casting):
+    """A casting with what its notes name.
+
+    bolts      as they are bought, by axis; narrow: the least slot in a comb, mm
+    gage       the type to order; legged: front legs have its leads
+    platinum   cure of the silicone, which ``coated`` prints would stop; polyurethane: no silicone
+    apart      distance of the coupon's plates; bar: its length, mm; cell_combs: of its cell
+    inside     by how much plates end inside the back wall's outer face, mm
+    """
+
+    bolts: Mapping[str, Sequence[str]]
+    narrow: float
+    gage: GageType | None
+    legged: bool
+    platinum: bool
+    coated: bool
+    polyurethane: bool
+    apart: PlateGap | None
+    bar: float
+    cell_combs: str
+    inside: float
+
+    tilt, numbers, spare = TILT_DEG, staticmethod(numbers_text), staticmethod(spare_of)
+    axis_name, primer = staticmethod(axis_name), staticmethod(primer_words)
+    spacer, window_mm3 = staticmethod(spacer_height), staticmethod(windows_volume)
+    bend = staticmethod(leg_bend)
+
+
+def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
+    """Write sections of steps, in the order of the work, and the views that show them; what this
+    mold does not need is left out."""
+    return _sections(macros(TEMPLATES / "notes.j2").notes(_notes_view(casting)))
+
+
+def _notes_view(casting: Casting) -> NotesView:
+    mold, plan, coupon = casting.design.mold, casting.plan, casting.meshes.coupon
+    bar = next(part for part in coupon if part.name == COUPON)
+    polyurethane = casting.design.body.material.startswith("polyurethane")
+    platinum = mold.cure == "platinum" and not polyurethane
+    return NotesView(
+        **vars(casting),
+        bolts=bolts_in_words(plan),
+        narrow=min((s.width for e in plan.sides if e.comb for s in e.slots), default=math.inf),
+        gage=None if casting.fit is None else casting.fit.found,
+        legged=mold.leads == "leg" and bool(plan.legs),
+        platinum=platinum,
+        coated=mold.process == "sla" and platinum,
+        polyurethane=polyurethane,
+        apart=least_gap(casting.trial),
+        bar=round(float(np.ptp(bar.vertices[:, 0])), 3),
+        cell_combs=" ".join(e.name for e in coupon if e.name.startswith(COUPON_COMB)),
+        inside=round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
+    )
+
+
+def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
+    """Part a text into sections of steps and the views that its steps name; what was not put in
+    its place before is not taken off."""
+    sections = [section.partition("\n") for section in text.split("§ ")[1:]]
+    made: list[dict[str, Any]] = []
+    views, there = [], {"leg_ends", "leg_stubs"}
+    for title, _, lines in sections:
+        steps = _items(lines)
+        for number, step in enumerate(steps, start=1):
+            for verb, up, x, y, names in _VIEW.findall(step):
+                way = (float(x), float(y)) if x else None
+                shown = tuple(n for n in names.split() if verb != "take" or n in there)
+                there |= set(shown) if verb == "put" else set()
+                views.append(View(title, number, up, verb, shown, way))
+        if steps:
+            made.append({"title": title, "steps": [_VIEW.sub("", step) for step in steps]})
+    return made, views
+
+
+class BridgedGap(NamedTuple):
+    """Two plates between which air stays: pressures of wetting and of buoyancy, Pa, the distance
+    that would let it go, mm, and a sound pitch that gives it; None: no pitch, or placed plates."""
+
+    gap: PlateGap
+    wetting: float
+    buoyancy: float
+    apart: float
+    pitch: float | None
 
 
 def warnings_of(plan: MoldPlan, placement: Mapping[str, Any]) -> list[str]:
     """Warnings to the caster, found from the design: a sentence each."""
-    design, share, worst = plan.design, legs_share(plan), placement_worst(placement)
-    stock = sheet_words(design)
-    given = design, plan, share, worst, WORDS, bridged_gap(plan)
+    given = plan, placement_worst(placement), bridged_gap(plan)
     own = _items(macros(TEMPLATES / "notes.j2").warnings(*given))
-    return stock + cautions_of(design) + own
+    return sheet_words(plan.design) + cautions_of(plan.design) + own
 
 
 def cautions_of(design: Design) -> list[str]:
@@ -186,11 +203,10 @@ def cautions_of(design: Design) -> list[str]:
     return _items(macros(TEMPLATES / "notes.j2").cautions(design))
 
 
-def bridged_gap(plan: MoldPlan) -> tuple[PlateGap, float, float, float, float | None] | None:
-    """The closest two plates, where rubber that closes the gap between them keeps the air in it:
-    with the pressures of wetting and of buoyancy, Pa, the gap that would let it go, mm, and a sound
-    pitch that gives that gap (None where there is none, and of placed plates). None where buoyancy
-    is the greater, or where the gap is wider than the plates are high: no channel.
+def bridged_gap(plan: MoldPlan) -> BridgedGap | None:
+    """The closest two plates, where rubber that closes the gap between them keeps the air in it.
+    None where buoyancy is the greater, or where the gap is wider than the plates are high: no
+    channel.
 
     Wetting holds a meniscus across a gap g by 2 gamma / g; a bubble as high as the plate lifts by
     rho g h.
@@ -212,7 +228,7 @@ def bridged_gap(plan: MoldPlan) -> tuple[PlateGap, float, float, float, float | 
     if design.plates.placement is None:
         more = (apart - gap.distance) / (sine if sine > _STEEP else 1.0)
         pitch = _sound_pitch(design, design.plates.pitch_mm + more, apart)
-    return gap, wetting, buoyancy, apart, pitch
+    return BridgedGap(gap, wetting, buoyancy, apart, pitch)
 
 
 def _sound_pitch(design: Design, least: float, apart: float) -> float | None:
@@ -245,15 +261,6 @@ def unknown_effect(reason: str, of: str = "the plates' tolerance does") -> dict[
     return {"reason": reason, "sentences": [sentence]}
 
 
-def effect_sentences(design: Design, found: Mapping[str, Any], row: Mapping[str, Any]) -> list[str]:
-    """Sentences on the effect of placement: of all together, of the plates, of the whole row."""
-    constant = design.body.shape in ("arc", "block") and design.extruded
-    guide = found["fidelity"] == "plane-strain" and not constant
-    embedded = any(frame.span < design.body.depth_mm - 1e-9 for frame in plate_frames(design))
-    worst, text = placement_worst({**found, "row": row}), macros(TEMPLATES / "notes.j2")
-    return _items(text.effect(found, row, worst, guide, embedded, percent))
-
-
 def percent(share: float) -> str:
     """A share in percent, two digits.
 
@@ -265,6 +272,28 @@ def percent(share: float) -> str:
         value = round(value, 1 - math.floor(math.log10(value)))
         return f"{value:.0f} %"
     return f"{value:.2g} %"
+
+
+@dataclass(frozen=True)
+class EffectView:
+    """Effects of plates off their places: each against its neighbours, and the whole row. worst:
+    over the largest reading; guide: they are of plane strain; embedded: legs stay in the rubber."""
+
+    found: Mapping[str, Any]
+    row: Mapping[str, Any]
+    worst: float
+    guide: bool
+    embedded: bool
+    percent = staticmethod(percent)
+
+
+def effect_sentences(design: Design, found: Mapping[str, Any], row: Mapping[str, Any]) -> list[str]:
+    """Sentences on the effect of placement: of all together, of the plates, of the whole row."""
+    constant = design.body.shape in ("arc", "block") and design.extruded
+    guide = found["fidelity"] == "plane-strain" and not constant
+    embedded = any(frame.span < design.body.depth_mm - 1e-9 for frame in plate_frames(design))
+    view = EffectView(found, row, placement_worst({**found, "row": row}), guide, embedded)
+    return _items(macros(TEMPLATES / "notes.j2").effect(view))
 
 
 def _items(text: str) -> list[str]:

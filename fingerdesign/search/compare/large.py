@@ -35,8 +35,8 @@ def best_of(
         Objective(name, METRICS[name].better or "min") for name in USUAL_OBJECTIVES
     )
     names = [each.metric for each in chosen] + [each.metric for each in bounds]
-    tables = [metrics_at(path, names) for path in paths]
-    table, good = (np.concatenate(parts) for parts in zip(*tables, strict=True))
+    tables, parts = zip(*(metrics_at(path, names) for path in paths), strict=True)
+    table, good = np.concatenate(tables), np.concatenate(parts)
     losses = table[:, : len(chosen)] * [1.0 if each.goal == "min" else -1.0 for each in chosen]
     if not objectives:
         losses = losses[:, np.isfinite(losses[good]).any(axis=0)]
@@ -44,7 +44,7 @@ def best_of(
     feasible = good & within & np.isfinite(losses).all(axis=1)
     among = next((np.flatnonzero(m) for m in (feasible, good) if m.any()), np.arange(len(good)))
     rows = among[_first(np.nan_to_num(losses[among], nan=np.inf))]
-    return _outcomes(paths, [len(own) for _, own in tables], rows)
+    return _outcomes(paths, [*map(len, parts)], rows)
 
 
 def _outcomes(

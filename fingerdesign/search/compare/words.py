@@ -74,9 +74,9 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
         _objective(outcomes, facts, found, objective, best)
         for objective, best in zip(facts.objectives, found.best, strict=True)
     ]
-    name, believed = shown(chosen.name), chosen.validity
+    name = shown(chosen.name)
     warnings = [shown(warning) for warning in chosen.warnings]
-    errors = believed.plane_strain_error, believed.mesh_error, LARGE_ERROR
+    of |= {"fidelity": chosen.fidelity, "large": LARGE_ERROR}
     front = f"{of['front']} of {of['group']} on the front"
     status: Status = "fail" if of["fails"] else "pass"
     tiles = [Verdict(status, "recommended", name, count=front)]
@@ -90,7 +90,7 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
         name,
         " ".join(sentences(WORDS, "why", of, objectives)),
         sentences(WORDS, "given_up", objectives),
-        sentences(WORDS, "warnings_of", of | {"fidelity": chosen.fidelity}, *errors, warnings),
+        sentences(WORDS, "warnings_of", of, chosen.validity, warnings),
         {shown(k): shown(value_text(v)) for k, v in chosen.values.items() if v is not None},
         _table(name, objectives),
     )

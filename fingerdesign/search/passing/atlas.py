@@ -156,8 +156,8 @@ def unmet(entry: Entry, request: Request) -> Iterator[str]:
     mold = _mold(entry, request)
     if mold.status != "ok":
         yield f"{request.process}: {mold.words}"
-    for reason in mold.reasons if mold.status == "ok" and not mold.ready else ():
-        yield f"{request.process}, ready as a sensor: {reason}"
+    elif not mold.ready:
+        yield from (f"{request.process}, ready as a sensor: {reason}" for reason in mold.reasons)
 
 
 def _mold(entry: Entry, request: Request) -> MoldOutcome:

@@ -84,10 +84,9 @@ class Freedom:
         known = dict(leaves(data))
         tables = {key.rpartition(".")[0] for key in known if "." in key}
         found = []
-        for option, keys in (("--keep", self.keep), ("--free", self.free)):
-            for key in keys:
-                if key in known or (option == "--keep" and key in tables):
-                    continue
+        options = ("--keep", self.keep, {*known, *tables}), ("--free", self.free, {*known})
+        for option, keys, own in options:
+            for key in (each for each in keys if each not in own):
                 near = difflib.get_close_matches(key, [*known, *tables], 1)
                 remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/design.md"
                 found.append(Fault(option, key, "a key of the design", remedy))

@@ -15,7 +15,7 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import bill_of_materials, bolt_length, hardware, write_bill
 from fingerdesign.mold.products.casting import casting_of, mixing_of, silicone_of
 from fingerdesign.mold.products.hours import hours_of, hours_words
-from fingerdesign.mold.products.notes import bridged_gap, casting_notes, legs_share, warnings_of
+from fingerdesign.mold.products.notes import bridged_gap, casting_notes, warnings_of
 from tests.support.molds import shipped
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
@@ -104,7 +104,7 @@ def test_large_effects_and_another_fixture_are_warned_of(hand_made):
     longer = replace(plan, legs=tuple(replace(leg, exit=12.0) for leg in plan.legs))
     reported = " ".join(warnings_of(longer, effect))
     assert "31 %" in reported
-    assert f"{100 * legs_share(longer):.2f} %" in reported
+    assert f"{100 * longer.legs_share:.2f} %" in reported
     silent = " ".join(warnings_of(plan, {**effect, **SILENT}))
     assert "31" not in silent
     assert "Legs of the plates" not in silent

@@ -23,7 +23,6 @@ from fingerdesign.mold.products.drawing import (
     write_drawings,
     write_dxf,
 )
-from fingerdesign.mold.products.notes import legs_share
 from fingerdesign.mold.products.three_mf import flat_faces, laid_out, write_3mf
 from tests.support.molds import BOX, CORNERS, box, meshed, read_3mf, shipped
 
@@ -70,7 +69,7 @@ def test_plates_along_z_are_another_kind_and_legs_displace_little_rubber():
     design = shipped("domed")
     plan = plan_mold(design)
     assert plan.legs_volume == pytest.approx(26 * 1.0 * 0.1 * 3.0)
-    assert 1e-4 < legs_share(plan) < 1e-2
+    assert 1e-4 < plan.legs_share < 1e-2
 
 
 def comb(axis="z", exact=72.0 * 0.3, hole=None):
