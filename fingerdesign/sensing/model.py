@@ -21,6 +21,7 @@ free end are to blame.
 
 import math
 from collections.abc import Callable, Collection, Iterable
+from functools import partial
 from typing import Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
@@ -34,8 +35,12 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.layout.zone import candidate_zone
+from fingerdesign.layout.zone import Zone, candidate_zone
+from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.moved import with_plates_moved
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.plates import extruded_sizes
+from fingerdesign.mesh.types import Mesh
 
 CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
 GRADATION = 0.4
@@ -60,7 +65,8 @@ def grip_problem(
     gripped with or, in plane strain, has no section.
     """
     case = gripped_case(design, fidelity, contact_size_mm)
-    return _condensed(case, case.gage_array, report, whole=whole)[1]
+    made = partial(_mesh_of, whole=whole)
+    return _condensed(case, case.gage_array, report, made=made)[1]
 
 
 def gripped_case(
@@ -92,16 +98,19 @@ def bench_model(
     fidelity: str,
     fixed_keys: Collection[str] = (),
     neighbour: Design | None = None,
+    plate_end_mm: float | None = None,
 ) -> tuple[FiniteElementModel, ContactProblem]:
     """Condense a finger and pose it against the plane of its bench.
 
     It has contact nodes for the objects that it will grip; fixed_keys: see meshed_for_grips.
     neighbour: a finger of the same body with other places of its flat plates. Its mesh is used and
     the plates in it are moved, so that both fingers compare without the difference of two meshes.
+    plate_end_mm: size of a swept section's elements at the ends of plates (see extruded_sizes).
     """
     case = _case(design, fidelity, fixed_keys=fixed_keys)
     near = None if neighbour is None else _case(neighbour, fidelity, fixed_keys=fixed_keys)
-    return _condensed(case, case.gage_array, lambda message: None, objects, near)
+    made = partial(_mesh_of, plate_end_mm=plate_end_mm)
+    return _condensed(case, case.gage_array, lambda message: None, objects, near, made)
 
 
 def against(bench: ContactProblem, met: SceneObject, design: Design) -> ContactProblem:
@@ -166,13 +175,25 @@ def _case(
     return Case(design, None, fidelity, fields=False, go_on=True)
 
 
+def _mesh_of(
+    case: Case, zone: Zone, whole: bool = False, plate_end_mm: float | None = None
+) -> Mesh:
+    """The mesh of a case's half where it mirrors, or of the whole finger."""
+    design, symmetric = case.design, case.symmetric and not whole
+    if plate_end_mm is None or case.fidelity != "3d" or mesher_name(design) != "sweep":
+        return make_mesh(design, case.fidelity, zone, symmetric)
+    sizes = extruded_sizes(design, zone.half_width)
+    sizes = sizes.model_copy(update={"plate_end_size_mm": plate_end_mm})
+    return extrude(design, zone, symmetric, sizes)
+
+
 def _condensed(
     case: Case,
     gages: tuple[int, ...],
     report: Callable[[str], None],
     objects: Iterable[SceneObject] = (),
     neighbour: Case | None = None,
-    whole: bool = False,
+    made: Callable[[Case, Zone], Mesh] = _mesh_of,
 ) -> tuple[FiniteElementModel, ContactProblem]:
     """Condense against the fundamental scene's plane; the zone covers each of ``objects`` too."""
     design, scene = case.design, fundamental_scene()
@@ -183,10 +204,10 @@ def _condensed(
     report("meshing")
     mesh = None
     if neighbour is not None:
-        mesh = make_mesh(neighbour.design, neighbour.fidelity, zone, neighbour.symmetric)
+        mesh = made(neighbour, zone)
         mesh = with_plates_moved(mesh, plate_frames(neighbour.design), plate_frames(design))
     if mesh is None:
-        mesh = make_mesh(design, case.fidelity, zone, case.symmetric and not whole)
+        mesh = made(case, zone)
     report(f"condensing {len(mesh.cells)} elements")
     model = condense(design, mesh, zone, scene)
     rigid = object_at_touch(scene.object, design.body)

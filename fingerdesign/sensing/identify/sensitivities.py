@@ -46,7 +46,7 @@ from fingerdesign.version import __version__
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-_FORMAT = 3
+_FORMAT = 4
 _KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration, Slide)}
 
 
