@@ -98,18 +98,18 @@ def bench_model(
     fidelity: str,
     fixed_keys: Collection[str] = (),
     neighbour: Design | None = None,
-    plate_end_mm: float | None = None,
+    plate_end: float = 1.0,
 ) -> tuple[FiniteElementModel, ContactProblem]:
     """Condense a finger and pose it against the plane of its bench.
 
     It has contact nodes for the objects that it will grip; fixed_keys: see meshed_for_grips.
     neighbour: a finger of the same body with other places of its flat plates. Its mesh is used and
     the plates in it are moved, so that both fingers compare without the difference of two meshes.
-    plate_end_mm: size of a swept section's elements at the ends of plates (see extruded_sizes).
+    plate_end: of the usual size of a swept section's elements at the plates' ends.
     """
     case = _case(design, fidelity, fixed_keys=fixed_keys)
     near = None if neighbour is None else _case(neighbour, fidelity, fixed_keys=fixed_keys)
-    made = partial(_mesh_of, plate_end_mm=plate_end_mm)
+    made = partial(_mesh_of, plate_end=plate_end)
     return _condensed(case, case.gage_array, lambda message: None, objects, near, made)
 
 
@@ -175,15 +175,14 @@ def _case(
     return Case(design, None, fidelity, fields=False, go_on=True)
 
 
-def _mesh_of(
-    case: Case, zone: Zone, whole: bool = False, plate_end_mm: float | None = None
-) -> Mesh:
+def _mesh_of(case: Case, zone: Zone, whole: bool = False, plate_end: float = 1.0) -> Mesh:
     """The mesh of a case's half where it mirrors, or of the whole finger."""
     design, symmetric = case.design, case.symmetric and not whole
-    if plate_end_mm is None or case.fidelity != "3d" or mesher_name(design) != "sweep":
+    if plate_end == 1.0 or case.fidelity != "3d" or mesher_name(design) != "sweep":
         return make_mesh(design, case.fidelity, zone, symmetric)
     sizes = extruded_sizes(design, zone.half_width)
-    sizes = sizes.model_copy(update={"plate_end_size_mm": plate_end_mm})
+    end = plate_end * sizes.plate_end_size_mm
+    sizes = sizes.model_copy(update={"plate_end_size_mm": end})
     return extrude(design, zone, symmetric, sizes)
 
 

@@ -35,7 +35,7 @@ from fingerdesign.sensing.perturb.finger import places_of
 
 FAULTS = ("modulus", "poisson", "plates", "gains", "tilt")
 FINER = {"mesh.contact_size_mm": 0.15, "mesh.plate_size_mm": 0.2, "mesh.layers": 6}
-_END = 0.0625  # Of the plates' thickness: the size of the truth's elements at their ends.
+_END = 0.125  # Of the usual size: that of the truth's elements at the plates' ends.
 
 
 def fitted(measured: bench_fit.Measured, off: Array) -> tuple[bench_fit.LatentFit, Array, Array]:

@@ -37,8 +37,7 @@ if TYPE_CHECKING:
 
 TILT_DEG = 2.0  # The protocol tilts the surface by this much.
 MOST_LEAN_DEG = 3.0  # The contact's zone covers this lean of the bench itself.
-# Of the plates' thickness, in 3-D: the size of elements at the plates' ends, half of the usual one.
-PLATE_END = 0.25
+PLATE_END = 0.5  # Of the usual size of elements at the plates' ends, in 3-D.
 # Faults of grips have no effect on a bench.
 OF_GRIPS = frozenset({"radius", "dying", "relaxation", "arm", "patches", "kinetic"})
 _SLIDE, _SLIDES = 6.0, 15  # The slide: its length over friction x depth, its moves.
@@ -98,8 +97,7 @@ def condensed_for(
     """
     tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
     room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
-    end = PLATE_END * design.plates.thickness_mm
-    return bench_model(design, room, fidelity, neighbour=neighbour, plate_end_mm=end)
+    return bench_model(design, room, fidelity, neighbour=neighbour, plate_end=PLATE_END)
 
 
 def leaning(
