@@ -4,11 +4,17 @@ Dragged far in one increment, every node in contact slides toward +x, so forces 
 approach alone. Coulomb's law makes F_t = mu F_n of them; under another law, and of an object that
 turns about a centre off the middle, their ratio depends on the load, and an object of weight w a
 finger is held by F_n where F_t(F_n) = w.
+
+Where friction falls with the pressure, a coefficient alone says nothing: :func:`meeting` makes the
+law whose coefficient holds at a given F_n.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
+
+import numpy as np
 
 from fingerdesign.contact.balance import Attempts, ForceSlope, rising_root
 from fingerdesign.contact.increment import Increment, Workspace, ZoneExhausted, solve_increment
@@ -16,6 +22,7 @@ from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.contact.turning import carried_turning
 from fingerdesign.errors import SolverError
+from fingerdesign.shapes.friction import FrictionLaw
 
 # An object that turns is dragged by growing steps, the first one in approaches times the bound.
 _FIRST, _GROWTH, _MOST_DRAGS = 0.1, 1.35, 18
@@ -64,12 +71,46 @@ def coefficient_under(problem: ContactProblem, tangential: float) -> float:
     return tangential / forces_of_slip(problem, held)[0]
 
 
+def meeting(problem: ContactProblem, friction: float, normal: float) -> ContactProblem:
+    """The problem at a friction coefficient; its law's exponent n stays, and mu holds at
+    F_n = ``normal`` (N).
+
+    Friction then carries sum A_i mu p0^n p_i^(1 - n) = mu F_n under a press to that force, which
+    gives the law's reference pressure p0. A force beyond the candidates counts as the largest one
+    that they reach. Raises SolverError where no press is found.
+    """
+    exponent = problem.law.exponent
+    if exponent == 0.0:
+        return problem.with_friction(friction)
+    smooth = problem.with_friction(0.0)
+    trials = Attempts(smooth, ContactState.untouched(smooth))
+
+    def pressed(approach: float) -> ForceSlope | None:
+        try:
+            found = trials.at(approach, 0.0)
+        except ZoneExhausted:
+            return None
+        if found is None:
+            return None
+        force = float(trials.forces()[0])
+        return ForceSlope(force, float(trials.stiffness()[0, 0]), force)
+
+    with suppress(SolverError):  # beyond the candidates: the last force counts
+        rising_root(pressed, normal, *_start(smooth, normal))
+    forces = np.maximum(trials.last.multiplier[:, 0], 0.0)
+    falls = forces ** (1.0 - exponent) @ problem.model.areas**exponent / forces.sum()
+    return problem.with_friction(
+        FrictionLaw(friction, exponent=exponent, reference=float(falls ** (-1.0 / exponent)))
+    )
+
+
 def _turning_until_sliding(
     problem: ContactProblem, pressed: Increment, workspace: Workspace
 ) -> Increment:
     """Drag on from a press, ever farther, until every node slides or at least turns as it will."""
     state, found, shear = pressed.state, pressed, 0.0
-    step = _FIRST * max(problem.law.steepest, _FIRST) * pressed.motion.approach
+    friction = problem.mean_friction(pressed.multiplier[:, 0])
+    step = _FIRST * max(friction, _FIRST) * pressed.motion.approach
     for _ in range(_MOST_DRAGS):
         shear, step = shear + step, _GROWTH * step
         motion = replace(state.motion, shear=shear)

@@ -44,7 +44,7 @@ class FrictionHistory:
         self.last: Increment | None = None
         self.workspace = Workspace()
         self.settled = True
-        self._share = kinetic_share
+        self._share, self._law = kinetic_share, problem.law
         self._slid = np.zeros(problem.shape[0], dtype=bool)
 
     def accept(self, increment: Increment) -> None:
@@ -85,6 +85,13 @@ class FrictionHistory:
             self.problem = _displaced(self.problem, scale * lag)
         if self.state.motion.load != 1.0:
             self.state = replace(self.state, motion=replace(self.state.motion, load=1.0))
+
+    def strengthen(self, factor: float) -> None:
+        """Solve the next increments with ``factor`` > 0 times the friction of the first problem."""
+        law = self._law if factor == 1.0 else self._law.scaled(factor)
+        if law != self.problem.law:
+            self._at_rest = replace(self._at_rest, law=law)
+            self.problem = replace(self.problem, law=law)
 
     def at_rest(self, multiplier: Array) -> Array:
         """Forces (m, dim) in the problem's components, in those of the first problem."""

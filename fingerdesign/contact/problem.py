@@ -98,11 +98,11 @@ class ContactProblem:
         """F_t / F_n at which the whole contact would slip toward +x under normal forces (m,) N.
 
         Both forces are along the stage's axes, as a rig measures them. On a level plane it is the
-        friction coefficient; on one that leans by t degrees it is tan(atan(mu) + t). None without
-        contact, under another law than Coulomb's, and for an object that turns: there it changes
-        with F_n (gross_slip.py).
+        friction coefficient; on one that leans by t degrees it is tan(atan(mu) + t); under another
+        law than Coulomb's it changes with F_n (gross_slip.py). None without contact, and for an
+        object that turns (turning.py).
         """
-        if not self.law.is_coulomb or self.softness is not None:
+        if self.softness is not None:
             return None
         pressed = np.maximum(normal, 0.0)
         limit = np.zeros(self.shape)

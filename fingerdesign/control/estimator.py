@@ -14,7 +14,8 @@ Its file holds weights as 16-bit integers, one scale an output:
 
     w = scale q,   scale = max |w| / 32767,   |error| <= scale / 2
 
-The features of a gage that is dead are left out: the network takes the mean of its training.
+The features of a gage that is dead are left out: the network takes the mean of its training. But
+the last of them is an outlier, ``dead``, so that the network knows.
 """
 
 from __future__ import annotations
@@ -91,7 +92,8 @@ class Band:
 
     Rectified linear layers on features less ``center``, over ``scale`` (features,). spread (k, 2):
     upper edges of the predicted error, rising, and the standard deviation of the
-    utilisation below each.
+    utilisation below each. dead: what stands, in standard deviations, for a feature that is
+    infinite; 0 of a network that was not trained with it.
     """
 
     most_noise: float
@@ -99,11 +101,12 @@ class Band:
     scale: Array
     layers: tuple[Layer, ...]
     spread: Array
+    dead: float = OUTLIER
 
     def evaluate(self, rows: Array) -> Array:
         """Raw outputs (n, 3), stick ratio, utilisation and its predicted error, of features
         (n, f); NaN: one left out."""
-        return outputs_of(self.layers, standardised(rows, self.center, self.scale))
+        return outputs_of(self.layers, standardised(rows, self.center, self.scale, self.dead))
 
 
 @dataclass(frozen=True)
@@ -159,6 +162,7 @@ class GripEstimator:
                     "scale": _plain(band.scale),
                     "layers": [_layer_data(each) for each in band.layers],
                     "spread": _plain(band.spread),
+                    "dead": band.dead,
                 }
                 for band in self.bands
             ],
@@ -237,6 +241,8 @@ def _band_fault(band: Band, features: int) -> str:
         return "a network's numbers do not fit single precision"
     if band.spread.ndim != 2 or band.spread.shape[1] != 2 or not (band.spread > 0.0).all():
         return "a spread is not a table of two columns above 0"
+    if not 0.0 <= band.dead <= OUTLIER:
+        return f"the mark of a dead gage is not from 0 to {OUTLIER:g}"
     outputs = band.evaluate(np.zeros((1, features)))
     return "" if outputs.shape == (1, 3) else "a network does not give three numbers"
 
@@ -259,6 +265,7 @@ def _band(record: dict[str, Any]) -> Band:
         _array(record["scale"]),
         tuple(Layer(_weight(each), _array(each["bias"])) for each in record["layers"]),
         _array(record["spread"]),
+        float(record["dead"]),
     )
 
 
@@ -294,10 +301,11 @@ def outputs_of(layers: Sequence[Layer], rows: ArrayLike) -> Array:
     return np.asarray(values @ layers[-1].weight + layers[-1].bias)
 
 
-def standardised(rows: Array, center: Array, scale: Array) -> Array:
-    """Rows (n, f) in standard deviations, held within the outliers' bound; 0 where one is NaN."""
+def standardised(rows: Array, center: Array, scale: Array, dead: float = OUTLIER) -> Array:
+    """Rows (n, f) in standard deviations, held within the outliers' bound; 0 where one is NaN,
+    ``dead`` where one is infinite."""
     values = np.clip((rows - center) / scale, -OUTLIER, OUTLIER)
-    return np.where(np.isnan(values), 0.0, values)
+    return np.where(np.isnan(values), 0.0, np.where(np.isinf(rows), dead, values))
 
 
 def _array(values: Any) -> Array:

@@ -22,7 +22,7 @@ stiffness enters what is expected of the moves, and is a feature of its own: at 
 the object slips the sooner, the less is left.
 
 A gage that has fallen silent, whose cable has come off, say, gives no information on its past
-either: its features are left out.
+either: its features are left out, and the last of them says so. It counts as dead until it answers.
 """
 
 from __future__ import annotations
@@ -146,11 +146,12 @@ def readings_at(gages: int) -> list[int]:
 
 def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
     """Features (f,) of the last moment: the present, the changes over the last steps and since the
-    first pull, the touch. NaN: of gages that are dead."""
+    first pull, the touch. NaN: of gages that are dead; their touch: infinite."""
     now = history[-1].sample
     pressed = max(now.normal_force, LEAST_FORCE)
     scale, alone = _scale(curves, pressed)
-    known = np.where(_dead(history, alone, noise), np.nan, 1.0)
+    dead = _dead(history, curves, noise)
+    known = np.where(dead, np.nan, 1.0)
     last, start = len(history) - 1, _before_pull(history)
     touch = history[start].sample
     before = max(touch.normal_force, LEAST_FORCE)
@@ -165,19 +166,25 @@ def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> A
             for first in (*(max(last - lag, 0) for lag in LAGS), start)
         ),
         # How the object lies, leans and bends: what a plane would not cause.
-        known * (touch.readings - alone_then) / (scale_then * before),
+        np.where(dead, np.inf, (touch.readings - alone_then) / (scale_then * before)),
     ]
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
-def _dead(history: Sequence[Moment], alone: Array, noise: float) -> Array:
-    """Which gages (g,) answer to nothing; alone (g,): what a press alone would cause now."""
-    last = history[-SILENT:]
+def _dead(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
+    """Which gages (g,) have answered to nothing since a moment at which they should have."""
+    readings = np.array([each.sample.readings for each in history])
     nothing = _NOTHING + _LOUDEST * noise
-    if len(last) < SILENT:
-        return np.zeros(len(alone), dtype=bool)
-    most = np.abs([each.sample.readings for each in last]).max(axis=0)
-    return np.asarray((most < nothing) & (np.abs(alone) > _HEARD * nothing))
+    dead = np.zeros(readings.shape[1], dtype=bool)
+    answers = ~(np.abs(readings) < nothing)
+    # Samples since each gage's last answer.
+    silent = np.where(answers.any(axis=0), answers[::-1].argmax(axis=0), len(readings))
+    for gage in np.flatnonzero(silent >= SILENT):
+        first = len(readings) - silent[gage] + SILENT - 1
+        forces = [max(each.sample.normal_force, LEAST_FORCE) for each in history[first:]]
+        alone = np.interp(forces, curves.normal_force, curves.pressed[:, gage])
+        dead[gage] = np.abs(alone).max() > _HEARD * nothing
+    return dead
 
 
 def _ratio(sample: Sample) -> float:

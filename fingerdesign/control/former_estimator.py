@@ -7,9 +7,10 @@ A network goes on as it is: features that it was not trained on get the weight 0
     3       the largest F_t / F_n so far, changes since the first pull  yes
     4       a predicted error of the utilisation                        yes
     5       the share of the stiffness that a turn leaves               yes, without a turn radius
+    6       a mark of gages that are dead                               yes, without the mark
 
 In format 4 and before, the standard deviation is known by the utilisation itself, so that is copied
-as the third output. A gage that has fallen silent counts as its mean in training, as now.
+as the third output.
 """
 
 from base64 import b64decode, b64encode
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 
 NAME = "fingerdesign grip estimator, "
-PRESENT = 6
+PRESENT = 7
 OLDEST = 3
 _LAGS, _FORCES = 3, 7  # Steps back, and features of each that are not the gages' own.
 _NO_CURVES = "it holds neither approach nor stiffness of the finger"
@@ -49,10 +50,12 @@ def present_record(record: dict[str, Any]) -> dict[str, Any]:
         bands = [_with_features(band, gages) for band in bands]
     if int(number) < 5:
         bands = [_with_error(band) for band in bands]
-    if int(number) < PRESENT:
+    if int(number) < 6:
         bands = [_with_turn(band, gages) for band in bands]
         unknown = [0.0] * len(record["curves"]["approach_mm"])
         record = record | {"curves": record["curves"] | {"turn_radius_mm": unknown}}
+    if int(number) < PRESENT:
+        bands = [band | {"dead": 0.0} for band in bands]
     return record | {"format": f"{NAME}{PRESENT}", "bands": bands}
 
 

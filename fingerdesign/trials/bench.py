@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import Protocol
 
 from fingerdesign.analysis.case import gage_array
+from fingerdesign.contact.gross_slip import meeting
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.episode import Episode, judged_warnings, run_episode
@@ -24,7 +25,7 @@ from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Timed, off_
 from fingerdesign.control.plants.remembered import Memory, RememberedPlant
 from fingerdesign.control.plants.rig import calibrated
 from fingerdesign.control.roster import Controller, make_controller
-from fingerdesign.design.grip import Grip
+from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.design.keys import set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, SolverError
@@ -155,8 +156,10 @@ class GripBench:
         if tug is not None:  # it comes when grips without it are over: one plant serves both
             pulls = tug.pulls(cell.mass_g, self._holding_steps + 1, rate)
             after += tug.steps(rate) if cell.tug > 0.0 else 0
-        problem, other = (self.gripping or self.problem).with_friction(cell.friction), self.opposite
-        other = None if other is None else other.with_friction(cell.friction)
+        lifting = weight_per_finger(cell.mass_g) / cell.friction
+        problem, other = meeting(self.gripping or self.problem, cell.friction, lifting), None
+        if self.opposite is not None:
+            other = self.opposite.with_friction(cell.friction)
         own = Timed.of(self.grip), self.grip.kinetic_share
         problem = off_centre(problem, self.grip, cell.mass_g)
         remembered = RememberedPlant(

@@ -180,8 +180,8 @@ def test_features_are_of_the_touch_the_lags_and_the_way_since_the_pull():
 
 
 def test_a_gage_that_falls_silent_is_left_out_of_all_features():
-    """From its third sample on, unless a press would hardly strain it; what others say stays, and a
-    network takes the mean for what is left out."""
+    """From its third sample on, unless a press would hardly strain it; what others say stays. A
+    network takes the mean for what is left out, and an outlier for the last of it."""
     strong = replace(CURVES, pressed=CURVES.pressed * [100.0, 100.0, 10.0])
 
     def spoken(silent):
@@ -192,13 +192,36 @@ def test_a_gage_that_falls_silent_is_left_out_of_all_features():
 
     whole, soon, found = (features(spoken(silent), strong, 0.5) for silent in (5, 3, 2))
     unknown = np.isnan(found)
-    assert not np.isnan([whole, soon]).any()
-    assert list(np.flatnonzero(unknown)) == [at + 1 for at in readings_at(GAGES)]
+    assert np.isfinite([whole, soon]).all()
+    *before, touch = (at + 1 for at in readings_at(GAGES))
+    assert list(np.flatnonzero(unknown)) == before
+    assert list(np.flatnonzero(np.isposinf(found))) == [touch]
     first = [at for at in range(len(found)) if at not in np.add.outer(readings_at(GAGES), (1, 2))]
     assert np.array_equal(found[first], whole[first])
     band = replace(estimator().band, center=np.arange(len(found)) / 10.0)
-    mean = np.where(unknown, band.center, found)
-    assert band.evaluate(found[None]) == pytest.approx(band.evaluate(mean[None]))
+    for mark in (0.0, 5.0):
+        mean = np.where(unknown, band.center, found)
+        mean[touch] = band.center[touch] + mark * band.scale[touch]
+        own = replace(band, dead=mark)
+        assert own.evaluate(found[None]) == pytest.approx(band.evaluate(mean[None]))
+
+
+def test_a_gage_that_is_dead_stays_so_until_it_answers():
+    """Also where its curve crosses zero, so that a press alone would not show it."""
+    force, pressed = CURVES.normal_force, CURVES.pressed.copy()
+    pressed[:, 1] = np.interp(force, [0.0, 1.0, 2.0], [0.0, 200.0, 0.0])
+    crossing = replace(CURVES, pressed=pressed)
+
+    def dead(*readings, forces):
+        pairs = zip(readings, forces, strict=True)
+        history = [moment(force, 0.1, readings=[110.0, one, 100.0]) for one, force in pairs]
+        return np.isinf(features(history, crossing, 0.5)).any()
+
+    late = 1.0, 1.0, 1.0, 2.0
+    assert dead(1.0, 1.0, 1.0, 1.0, forces=late)
+    assert not dead(150.0, 1.0, 1.0, 1.0, forces=late)
+    assert not dead(1.0, 1.0, 1.0, 150.0, forces=late)
+    assert not dead(1.0, 1.0, 1.0, 1.0, forces=(2.0, 2.0, 2.0, 2.0))
 
 
 def test_the_largest_ratio_of_forces_is_remembered():

@@ -49,7 +49,7 @@ class SingleRegulator:
         self.stiffness, self.history = S(calibration.tangential_stiffness), []
         self.pulled, self.pending = False, deque([(ZERO, ZERO)] * (self.delay + 1))
         self.pressing = self.weight = self.sum = self.used = self.probed = ZERO
-        self.carried = ZERO
+        self.carried, self.dead = ZERO, np.zeros(self.pressed.shape[1], dtype=bool)
 
     def left_by_turn(self, force):
         """Share of the stiffness that a turning object leaves."""
@@ -101,8 +101,12 @@ class SingleRegulator:
         values = np.clip(values, -n.OUTLIER, n.OUTLIER)
         if last + 1 >= SILENT:
             largest = abs(S([each[0] for each in self.history[-SILENT:]])).max(axis=0)
-            dead = np.flatnonzero((largest < n.NOTHING) & (abs(alone) > n.HEARD * n.NOTHING))
-            values[np.add.outer(readings_at(len(alone)), dead)] = 0.0
+            self.dead |= abs(alone) > n.HEARD * n.NOTHING
+            self.dead &= largest < n.NOTHING
+        dead = np.flatnonzero(self.dead)
+        *before, touch = readings_at(len(alone))
+        values[np.add.outer(before, dead)] = 0.0
+        values[touch + dead] = self.band.dead
         outputs = self.evaluated(values)
         edges, std = S(self.band.spread).T
         stick, used = (min(max(each, ZERO), S(1.0)) for each in outputs[:2])

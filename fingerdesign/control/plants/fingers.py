@@ -37,6 +37,7 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
 
+_FRICTION_STEP = 0.002  # of the friction, as rubber that relaxes changes it
 _REACH = 4.0  # times (1 + mu) F_n: more than friction carries on any slope that a finger touches
 
 
@@ -120,6 +121,17 @@ class _Finger:
         own = (approach, tangential, history.workspace)
         return predicted_shear(history.problem, before, *own)
 
+    def relax(self, left: float) -> None:
+        """All forces are ``left`` times those of the problem, from here on.
+
+        Friction p^-n is then left^-n times as large at the same motions. It changes in small steps,
+        for each change costs a start from nothing.
+        """
+        if exponent := self.history.problem.law.exponent:
+            self.history.strengthen(
+                1.0 + _FRICTION_STEP * round((left**-exponent - 1.0) / _FRICTION_STEP)
+            )
+
     def stiffness(self) -> float:
         """Against shear at the last increment, what slides taken to stick, over ``relaxation``."""
         history = self.history
@@ -168,6 +180,10 @@ class MirrorPair:
     def settled(self) -> bool:
         """True where the same motion once more would leave all forces as they are."""
         return self._finger.settled
+
+    def relax(self, left: float) -> None:
+        """All forces are ``left`` times the problem's, whose law is Coulomb's or p^-n."""
+        self._finger.relax(left)
 
     def stand(self, closing: float, shear: float) -> PairState:
         """Both moved to ``closing`` and ``shear``, mm in all."""
@@ -238,6 +254,10 @@ class DifferentPair:
     @property
     def settled(self) -> bool:
         return all(finger.settled for finger in self._both)
+
+    def relax(self, left: float) -> None:
+        for finger in self._both:
+            finger.relax(left)
 
     def stand(self, closing: float, shear: float) -> PairState:
         return self._held(self._between(closing).at(shear))

@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import inf, isfinite
 
 import numpy as np
 
@@ -160,8 +160,11 @@ def _refuse(problem: ContactProblem, mass_g: float, timed: Timed) -> None:
     """Raise ValueError for a mass that cannot be, and for what this plant does not know."""
     if not (isfinite(mass_g) and mass_g > 0.0):
         raise ValueError(f"a mass of {mass_g} g must be over 0")
-    if not problem.law.is_coulomb and (timed.relaxation or timed.rubber):
-        raise ValueError(f"forces of rubber that relaxes do not scale at friction {problem.law}")
+    law = problem.law
+    if (timed.rubber and not law.is_coulomb) or (
+        timed.relaxation and (law.strength or law.cap < inf)
+    ):
+        raise ValueError(f"forces of rubber that relaxes do not scale at friction {law}")
     if problem.softness is not None and timed.inertia is not None:
         raise ValueError("an object that turns has no inertia here: leave one of them out")
 
@@ -174,12 +177,12 @@ class LiftPlant:
     problem, without it a mirror image. The support is where the object is first touched.
     kinetic_share: of either finger's friction, what is left where it slides (contact/history.py).
 
-    Of a problem whose object turns (contact/turning.py) the support is under the centre of mass,
-    and the truth's slip ratio is that at the least force which holds the object; with
-    ``ratio_of_now`` that of the moment, which is less while the contact is small.
+    Of a problem whose object turns (contact/turning.py) the support is under the centre of mass.
+    There, and under another law than Coulomb's, the truth's slip ratio is that at the least force
+    which holds the object; with ``ratio_of_now`` that of the moment.
 
     Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then; and
-    for rubber that relaxes under another law than Coulomb's, whose bounds do not scale with forces.
+    for rubber that relaxes under a law whose bounds do not scale with forces.
     """
 
     def __init__(
@@ -196,7 +199,8 @@ class LiftPlant:
         _refuse(problem, object_mass_g, timed)
         self._slip_ratio: float | None = None
         self._ratio_of_now = ratio_of_now
-        if problem.softness is not None and not ratio_of_now:
+        changes = problem.softness is not None or not problem.law.is_coulomb
+        if changes and not ratio_of_now:
             self._slip_ratio = coefficient_under(problem, weight_per_finger(object_mass_g))
         self._timed = timed
         self._face, kind = face, Kind(timed.rubber, kinetic_share, timed.warming)
@@ -254,6 +258,7 @@ class LiftPlant:
             self._since_lift += 1
         self._moves += 1
         move = self._move_of(dx, dy)
+        self._fingers.relax(move.left)
         if self._only_rises(move):
             self._hand, self._speed = move.hand, move.speed
             self._truth = replace(self._truth, rise=move.hand - self._truth.shear)

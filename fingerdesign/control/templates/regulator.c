@@ -128,11 +128,13 @@ static float *changes(const regulator *r, const regulator_moment *before, const 
     return out;
 }
 
-/* Which gages answer to nothing: they are left out. alone: what a press alone would cause now. */
+/* Which gages have answered to nothing since a moment at which they should have: they are left out.
+   alone: what a press alone would cause now. */
 static void find_dead(regulator *r, const float *alone) {
     int g, k;
     for (g = 0; g < GAGES; g++) {
-        r->dead[g] = r->moments >= REGULATOR_SILENT && fabsf(alone[g]) > HEARD * NOTHING;
+        if (r->moments >= REGULATOR_SILENT && fabsf(alone[g]) > HEARD * NOTHING)
+            r->dead[g] = 1;
         for (k = 0; k < REGULATOR_SILENT; k++)
             if (!(fabsf(r->history[k].readings[g]) < NOTHING))
                 r->dead[g] = 0;
@@ -207,7 +209,7 @@ static estimate estimated(regulator *r) {
     for (k = 0; k < COUNT(READINGS_AT); k++)
         for (i = 0; i < GAGES; i++)
             if (r->dead[i])
-                values[READINGS_AT[k] + i] = 0.0f;
+                values[READINGS_AT[k] + i] = k == COUNT(READINGS_AT) - 1 ? DEAD : 0.0f;
     for (n = 0; n < COUNT(LAYERS); n++) {
         const layer *l = LAYERS + n;
         for (o = 0; o + LANES <= l->outputs; o += LANES)

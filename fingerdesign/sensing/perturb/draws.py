@@ -118,6 +118,11 @@ def off_centre(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.design["grip.off_centre_mm"] = 10.0 * rng.uniform(-1.0, 1.0)
 
 
+def falling(design: Design, rng: np.random.Generator, draw: Draw) -> None:
+    draw.design["grip.plant"] = "lift"  # The friction met depends on the weight.
+    draw.own["exponent"] = 0.65 * rng.uniform()
+
+
 def meshed(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     factor = rng.uniform(1.2, 2.0)
     for table, sizes in (("mesh.section", design.mesh.section), ("mesh", design.mesh)):

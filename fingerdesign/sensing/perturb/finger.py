@@ -29,6 +29,7 @@ from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.model import against, bench_problem, meshed_for_grips
 from fingerdesign.sensing.perturb.draws import Draw
 from fingerdesign.sensing.perturb.faults import FAULTS, TRAINING_FAULTS
+from fingerdesign.shapes.friction import FrictionLaw
 
 if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
@@ -47,13 +48,15 @@ class PerturbedFinger:
 
     tug: fraction of the object's weight by which it is pulled as soon as it hangs; 0.3 is an arm
     that accelerates by 3 m/s^2. patches: the seed of the patches on its surface, None: friction is
-    the same everywhere. fixed_keys: keys of its mesh that stay, where grips mesh coarser.
+    the same everywhere. exponent: n of friction that falls with the pressure p as p^-n.
+    fixed_keys: keys of its mesh that stay, where grips mesh coarser.
     """
 
     design: Design
     object: SceneObject
     tug: float = 0.0
     patches: int | None = None
+    exponent: float = 0.0
     fixed_keys: tuple[str, ...] = ()
 
     def friction_fractions(self, points: Array) -> Array | None:
@@ -146,8 +149,12 @@ def bench_grip(grip: Grip) -> Grip:
 
 
 def facing(bench: ContactProblem, found: PerturbedFinger) -> ContactProblem:
-    """Pose a bench's finger against its object, with its patches; nothing is condensed again."""
+    """Pose a bench's finger against its object, with its patches and the exponent of its friction
+    (gross_slip.meeting takes it over); nothing is condensed again."""
     problem = against(bench, found.object, found.design)
+    if found.exponent:
+        law = FrictionLaw(problem.friction_coefficient, exponent=found.exponent)
+        problem = problem.with_friction(law)
     fractions = found.friction_fractions(problem.model.points)
     return problem if fractions is None else problem.patchy(fractions)
 

@@ -69,7 +69,9 @@ def _predicted_error(
 
 
 def center_and_scale(rows: Array) -> tuple[Array, Array]:
-    """Mean and standard deviation (f,) of rows (n, f), without NaN; 0 for columns of NaN alone."""
+    """Mean and standard deviation (f,) of rows (n, f), of finite numbers; 0 and 1e-9 of a column
+    without any."""
+    rows = np.where(np.isinf(rows), np.nan, rows)
     empty = np.isnan(rows).all(axis=0)
     rows = np.where(empty, 0.0, rows)
     return np.nanmean(rows, axis=0), np.maximum(np.nanstd(rows, axis=0), 1e-9)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fingerdesign.contact.gross_slip import meeting
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.features import FingerCurves, Moment
@@ -23,6 +24,8 @@ from fingerdesign.runtime.streams import stream
 
 # Friction coefficients are drawn evenly in their logarithm between these two.
 FRICTIONS = (0.15, 1.0)
+# Where friction falls with the pressure, the coefficient holds at a force in this range, N.
+_HOLDS_AT = (1.0, 20.0)
 _STEPS = 60  # The most steps of a path.
 _PRELOAD = (0.15, 1.0)  # The range of the first press, N.
 _PRESS = (0.001, 0.01)  # The range of a pressing step, mm.
@@ -117,7 +120,12 @@ def random_grip_path(
 ) -> RandomGripPath:
     """Make a random grip path; it is short where it slips or reaches the stage's end."""
     friction = float(np.exp(rng.uniform(*np.log(FRICTIONS))))
-    plant = CondensedPlant(problem.with_friction(friction), settings.face)
+    if problem.law.exponent:
+        holds_at = float(np.exp(rng.uniform(*np.log(_HOLDS_AT))))
+        problem = meeting(problem, friction, holds_at)
+    else:
+        problem = problem.with_friction(friction)
+    plant = CondensedPlant(problem, settings.face)
     moments: list[Moment] = []
     truths: list[Truth] = []
     slipped = 0

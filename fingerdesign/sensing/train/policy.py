@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fingerdesign.contact.gross_slip import meeting
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
@@ -25,7 +26,7 @@ from fingerdesign.control.plants.lift import LiftPlant, Relaxation, Timed
 from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
 from fingerdesign.control.roster import Object
 from fingerdesign.control.signals import Sample
-from fingerdesign.design.grip import Grip
+from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.estimator import BANDS
@@ -90,7 +91,7 @@ def policy_grips(
         relaxes, slides = rng.uniform(0.0, (_RELAXATION, _KINETIC)) * rng.integers(0, 2, 2)
         creep = Relaxation(float(relaxes), grip.hardware.sample_rate_Hz) if relaxes else None
         lift = LiftPlant(
-            problem.with_friction(friction),
+            meeting(problem, friction, weight_per_finger(mass) / friction),
             face,
             mass,
             timed=Timed(creep),

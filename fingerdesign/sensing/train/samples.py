@@ -16,7 +16,7 @@ from fingerdesign.sensing.train.paths import RandomGripPath, Settings
 
 _RADII = 8  # The turn radius is computed at so many depths.
 GAIN_STD = 0.01  # The standard deviation of the gages' gains, drawn again for each replicate.
-_FAILURES = 0.25  # One gage fails in this fraction of the grips.
+_FAILURES = 0.5  # One gage fails in this fraction of the grips.
 
 
 def finger_curves(problem: ContactProblem, face: str, bounds: Bounds) -> FingerCurves:
