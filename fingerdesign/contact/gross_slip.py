@@ -54,21 +54,36 @@ def coefficient_under(problem: ContactProblem, tangential: float) -> float:
     """Ratio of F_t = ``tangential`` (N, over 0) to the least F_n that carries it.
 
     Coulomb's coefficient is the same at every load; under another law, and of an object that turns,
-    this is the one that a lift of that load meets. Of an object that turns, and that no contact
-    within the candidates holds, it is the ratio at the deepest one. Raises as :func:`sliding`.
+    this is the one that a lift of that load meets. Where no contact within the candidates holds the
+    load, it is the ratio at the deepest one. Raises as :func:`sliding`.
     """
     if problem.softness is not None:
         return _coefficient_turning(problem, tangential)
     if problem.law.is_coulomb:
         return problem.law.coefficient
 
-    def carried(approach: float) -> ForceSlope:
-        found = sliding(problem, approach)
-        force = problem.model.total_force(found.force)
-        return ForceSlope(float(force[0]), float(stiffness(problem, found)[1, 0]), -float(force[1]))
+    last: ForceSlope | None = None
+    outside = False
 
-    held = rising_root(carried, tangential, *_start(problem, tangential))
-    return tangential / forces_of_slip(problem, held)[0]
+    def carried(approach: float) -> ForceSlope | None:
+        nonlocal last, outside
+        try:
+            found = sliding(problem, approach)
+        except ZoneExhausted:  # of one trial: the answer may be nearer
+            outside = True
+            return None
+        force = problem.model.total_force(found.force)
+        slope = float(stiffness(problem, found)[1, 0])
+        last = ForceSlope(float(force[0]), slope, -float(force[1]))
+        return last
+
+    try:
+        rising_root(carried, tangential, *_start(problem, tangential))
+    except SolverError:
+        if not outside or last is None:
+            raise
+    assert last is not None
+    return last.value / last.scale
 
 
 def meeting(problem: ContactProblem, friction: float, normal: float) -> ContactProblem:

@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.friction import Coulomb
-from fingerdesign.contact.gross_slip import coefficient_under, forces_of_slip
+from fingerdesign.contact.gross_slip import coefficient_under, forces_of_slip, meeting
 from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactState, Motion, contact_problem
@@ -318,6 +318,18 @@ def test_a_flat_end_slips_at_the_power_laws_own_exponent():
         known = 0.3 * (normal / 10.0 / 0.1) ** -0.31
         assert tangential / normal == pytest.approx(known, rel=1e-9)
         assert coefficient_under(problem, tangential) == pytest.approx(known, rel=1e-6)
+
+
+def test_a_law_meets_a_coefficient_at_a_force(patch):
+    """Friction carries mu F_n under a press to that force, and about as much as all slides."""
+    own = FrictionLaw(0.9, exponent=0.5)
+    for normal in (0.5, 2.0):
+        problem = meeting(patch.with_friction(own), 0.3, normal)
+        assert (problem.law.coefficient, problem.law.exponent) == (0.3, 0.5)
+        assert coefficient_under(problem, 0.3 * normal) == pytest.approx(0.3, rel=0.02)
+        # Of alike springs under a flat end it would be 0.3 / sqrt(0.1).
+        assert 0.33 < coefficient_under(problem, 0.03 * normal) < 0.96
+    assert meeting(patch, 0.3, 2.0).law == FrictionLaw(0.3)
 
 
 @pytest.mark.parametrize(("coefficient", "others"), [(0.3, 0), (2.0, 2)])

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from fingerdesign.contact.gross_slip import coefficient_under
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Relaxation, Timed
 from fingerdesign.control.plants.plant import CondensedPlant, is_lifted, press
 from fingerdesign.design.grip import GRAVITY, Grip, HardwareTable, WeightChange
+from fingerdesign.shapes.friction import FrictionLaw
 
 MASS = 200.0
 
@@ -59,6 +61,27 @@ def test_held_still_the_grip_weakens_and_the_weight_is_carried_on(half_plane):
     assert now.shear > before.shear  # it creeps down
     assert now.rise < before.rise
     assert now.lifted
+
+
+def test_friction_that_falls_with_the_pressure_is_larger_on_rubber_that_has_relaxed(half_plane):
+    """Of forces R f it carries R^-n times as large a share."""
+    law, relaxing = FrictionLaw(0.3, exponent=0.5, reference=0.05), Relaxation(0.2, 100.0)
+    ratios = []
+    for each in (None, relaxing):
+        problem = half_plane.with_friction(law)
+        plant = LiftPlant(problem, "upper", 1e4, timed=Timed(each))
+        assert plant.truth().slip_ratio == coefficient_under(problem, 50.0 * HALF)
+        plant.move(0.0, 0.1)
+        for _ in range(40):
+            plant.move(0.01, 0.0)
+        now = plant.truth()
+        assert now.complete_slip
+        ratios.append(now.tangential_force / now.normal_force)
+    assert ratios[1] / ratios[0] == pytest.approx(relaxing.left(41) ** -0.5, rel=2e-3)
+    with pytest.raises(ValueError, match="do not scale"):
+        LiftPlant(
+            half_plane.with_friction(FrictionLaw(0.0, 0.1)), "upper", MASS, timed=Timed(relaxing)
+        )
 
 
 def test_a_relaxed_stand_has_less_of_the_same_forces(half_plane):

@@ -23,6 +23,8 @@ from fingerdesign.sensing.perturb.finger import (
     refuse_faults,
     training_faults,
 )
+from fingerdesign.trials.bench import PerturbedBench
+from fingerdesign.trials.grid import Cell, ControlGrid
 from tests.trials.conftest import COARSE
 
 
@@ -82,7 +84,9 @@ def test_what_cannot_be_drawn_is_refused():
     with pytest.raises(DesignError, match="one level row"):
         perturb(load_design("both_ways"), ["row"], 0)
     assert perturb(load_design("both_ways"), ["gains"], 0).object == SceneObject()
-    assert training_faults(load_design("both_ways")) == ("modulus", "poisson", "tilt", "radius")
+    assert training_faults(load_design("both_ways")) == (
+        *("modulus", "poisson", "tilt", "radius", "exponent"),
+    )
     lift = {"grip.plant": "lift", "grip.opposite": "bare"}
     bare = with_values(load_design("sensitive"), lift)
     assert training_faults(bare) == TRAINING_FAULTS
@@ -138,8 +142,24 @@ def test_friction_in_motion_is_5_to_20_per_cent_less():
     assert bench.friction_share is held.friction_share is None  # the plant's, step by step
 
 
+def test_friction_that_falls_with_the_pressure_has_its_coefficient_at_the_least_force():
+    """An oracle that is told this ratio holds its margin, and the hand meets more at first."""
+    design = parse_design(COARSE)
+    found = [perturb(design, ["exponent"], seed).exponent for seed in range(40)]
+    assert 0.0 <= min(found) < 0.05
+    assert 0.6 < max(found) <= 0.65
+    bench, held = perturbed_problems(perturb(design, ["exponent"], 3))
+    assert (bench.law.exponent, held.law.exponent) == (0.0, found[3])
+    cell = Cell("oracle_1.2", 0.4, 200.0, 0.0, fault="exponent", plant=3)
+    grid = ControlGrid(seed=0)
+    result = PerturbedBench(design, grid, None, "plane-strain").run_batch([cell])[0]
+    assert (result.lifted, result.gross_slip) == (True, False)
+    assert result.slip_ratio == pytest.approx(0.4, rel=0.02)
+    assert result.safety_margin == pytest.approx(1.2, abs=0.05)
+
+
 def test_another_mesher_is_requested_by_name_in_three_dimensions():
-    assert set(FAULTS) - set(ALL) == ON_REQUEST == {"mesher", "off_centre"}
+    assert set(FAULTS) - set(ALL) == ON_REQUEST == {"mesher", "off_centre", "exponent"}
     design = load_design("sensitive")
     refuse_faults(design, ["mesher"], "3d")
     with pytest.raises(DesignError, match="netgen alone meshes sections"):

@@ -39,8 +39,9 @@ from fingerdesign.sensing.train.samples import finger_curves
 TURNING = 6
 _HOME = Path(__file__).parents[2]
 _CARRIES_N = 1.0  # F_t for the springs of an object that turns, which hardly count.
-# Faults of objects that every fourth of them has not.
-_LEFT_OUT = ({"patches"}, set[str](), {"patches", "exponent"}, {"exponent"})
+# One in so many objects has patches, or friction that falls with the pressure. Such increments take
+# twice the work, and of an object that turns far more: there it is left out.
+_PATCHY, _FALLING = 2, 4
 _FIRST_PART = 3  # One in so many fingers trains the behaviour policy.
 _MOST_FINGERS, _MOST_MB = 1000, 1500.0  # Of trainings that never ended.
 _KINDS: dict[str, type] = {
@@ -134,7 +135,11 @@ def _made(family: Family, number: int, policy: GripEstimator | None) -> list[Ran
     except DesignError:
         return []
     kinds = (OF_OBJECTS & set(faults)) | off | {"patches"}
-    drawn = [perturb(finger, kinds - _LEFT_OUT[k % 4], each) for k, each in enumerate(others)]
+    drawn = []
+    for k, each in enumerate(others):
+        smooth = {"patches"} if k % _PATCHY == 0 else set()
+        alike = {"exponent"} if turns or (k + number) % _FALLING else set()
+        drawn.append(perturb(finger, kinds - smooth - alike, each))
     bench = bench_problem(finger, [each.object for each in drawn], family.fidelity)
     own = 0 if policy is None else count // 2
 
