@@ -44,12 +44,6 @@ def sliding(problem: ContactProblem, approach: float) -> Increment:
     return found
 
 
-def forces_of_slip(problem: ContactProblem, approach: float) -> tuple[float, float]:
-    """(F_n, F_t) N of the whole finger; errors as of :func:`sliding`."""
-    force = problem.model.total_force(sliding(problem, approach).force)
-    return -float(force[1]), float(force[0])
-
-
 def coefficient_under(problem: ContactProblem, tangential: float) -> float:
     """Ratio of F_t = ``tangential`` (N, over 0) to the least F_n that carries it.
 

@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.friction import Coulomb
-from fingerdesign.contact.gross_slip import coefficient_under, forces_of_slip, meeting
+from fingerdesign.contact.gross_slip import coefficient_under, meeting, sliding
 from fingerdesign.contact.increment import Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactState, Motion, contact_problem
@@ -88,6 +88,12 @@ def random_finger(seed, dim, nodes=12):
     points[:, 0], points[:, 1] = np.arange(nodes), -0.3 * rng.uniform(size=nodes)
     compliance = root @ root.T / (nodes * dim) + 0.2 * np.eye(nodes * dim)
     return reduced_model(points, compliance, areas=areas)
+
+
+def forces_of_slip(problem, approach):
+    """(F_n, F_t) N of the whole finger as all slides."""
+    force = problem.model.total_force(sliding(problem, approach).force)
+    return -force[1], force[0]
 
 
 def violation(problem, increment):
