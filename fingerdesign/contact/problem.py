@@ -247,15 +247,18 @@ def contact_problem(
     modes = np.einsum("mab,kmb->kma", frames, rigid_modes(model))
     if like is not None and np.array_equal(frames, like.frames):
         return replace(like, model=model, gap0=gap0, modes=modes)
-    m, dim = model.points.shape
     both = model.compliance if object_compliance is None else model.compliance + object_compliance
-    blocks = both.reshape(m, dim, m, dim)
-    turned = np.einsum("iab,ibjd->iajd", frames, blocks, optimize=True)
-    turned = np.einsum("iajd,jcd->iajc", turned, frames, optimize=True)
-    compliance = np.ascontiguousarray(turned.reshape(m * dim, m * dim))
+    compliance = _turned(_turned(both, frames), frames)
     if not (np.isfinite(compliance).all() and np.isfinite(gap0).all()):
         raise ValueError("compliance or gap hold values that are not finite numbers")
     return ContactProblem(model, compliance, gap0, frames, modes, law)
+
+
+def _turned(matrix: Array, frames: Array) -> Array:
+    """The transpose of a matrix (m dim, m dim) whose rows are turned into the frames."""
+    m, dim, _ = frames.shape
+    rows = (frames @ matrix.reshape(m, dim, -1)).reshape(matrix.shape)
+    return np.ascontiguousarray(rows.T)
 
 
 def _law(friction: float | FrictionLaw) -> FrictionLaw:
