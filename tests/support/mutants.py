@@ -465,8 +465,23 @@ fingerdesign/control/estimator.py | tests/control/test_c_code.py
 
 turning: training labels a moment by the ratio of the lift
 fingerdesign/control/plants/lift.py | tests/control/test_turning_lift.py
-- if problem.softness is not None and not ratio_of_now:
-+ if problem.softness is not None:
+- if changes and not ratio_of_now:
++ if changes:
+
+friction: a coefficient holds at one pressure, whatever the force
+fingerdesign/contact/gross_slip.py | tests/contact/test_friction_laws.py
+- FrictionLaw(friction, exponent=exponent, reference=float(falls ** (-1.0 / exponent)))
++ FrictionLaw(friction, exponent=exponent, reference=0.1)
+
+friction: rubber that relaxes has less of it
+fingerdesign/control/plants/fingers.py | tests/control/test_lift.py
+- left**-exponent
++ left**exponent
+
+estimator: a dead gage is forgotten where a press would not strain it
+fingerdesign/control/features.py | tests/control/test_estimator.py
+- dead[gage] = np.abs(alone).max() > _HEARD * nothing
++ dead[gage] = np.abs(alone[-1]) > _HEARD * nothing
 
 turning: half a finger does
 fingerdesign/analysis/case.py | tests/control/test_turning_lift.py
