@@ -30,7 +30,7 @@ def histories():
         yield found
 
 
-@pytest.mark.parametrize("number", [3, 4, 5])
+@pytest.mark.parametrize("number", [3, 4, 5, 6])
 def test_a_former_file_answers_as_its_own_version_did(number):
     text = (FORMER / f"estimator_{number}.json").read_text("utf-8")
     estimator = GripEstimator.from_json(text)
@@ -40,6 +40,7 @@ def test_a_former_file_answers_as_its_own_version_did(number):
             for steps in (1, 4, 9, 20):
                 reported = estimator.at_noise(noise).estimate(history[:steps])
                 found.append([reported.stick_ratio, reported.friction_utilisation, reported.std])
+    assert {band.dead for band in estimator.bands} == {0.0}
     answers = np.array(json.loads((FORMER / f"answers_{number}.json").read_text("utf-8")))
     assert answers.std(axis=0).min() > 0.01  # they tell something
     np.testing.assert_allclose(found, answers, rtol=0.0, atol=1e-9)
@@ -57,7 +58,7 @@ def test_a_format_that_holds_too_little_says_what_and_how_to_train_again():
         GripEstimator.from_json(text)
 
 
-@pytest.mark.parametrize("name", ["fingerdesign grip estimator, 7", "another 3", "5", "", None, []])
+@pytest.mark.parametrize("name", ["fingerdesign grip estimator, 8", "another 3", "5", "", None, []])
 def test_a_format_that_is_not_known_is_named(name):
     record = json.loads((FORMER / "estimator_3.json").read_text("utf-8"))
     with pytest.raises(EstimatorError, match="its format is not"):
