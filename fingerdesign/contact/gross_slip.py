@@ -11,7 +11,7 @@ law whose coefficient holds at a given F_n.
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -56,27 +56,12 @@ def coefficient_under(problem: ContactProblem, tangential: float) -> float:
     if problem.law.is_coulomb:
         return problem.law.coefficient
 
-    last: ForceSlope | None = None
-    outside = False
-
-    def carried(approach: float) -> ForceSlope | None:
-        nonlocal last, outside
-        try:
-            found = sliding(problem, approach)
-        except ZoneExhausted:  # of one trial: the answer may be nearer
-            outside = True
-            return None
+    def carried(approach: float) -> ForceSlope:
+        found = sliding(problem, approach)
         force = problem.model.total_force(found.force)
-        slope = float(stiffness(problem, found)[1, 0])
-        last = ForceSlope(float(force[0]), slope, -float(force[1]))
-        return last
+        return ForceSlope(float(force[0]), float(stiffness(problem, found)[1, 0]), -float(force[1]))
 
-    try:
-        rising_root(carried, tangential, *_start(problem, tangential))
-    except SolverError:
-        if not outside or last is None:
-            raise
-    assert last is not None
+    last = _reach(problem, carried, tangential)
     return last.value / last.scale
 
 
@@ -95,17 +80,12 @@ def meeting(problem: ContactProblem, friction: float, normal: float) -> ContactP
     trials = Attempts(smooth, ContactState.untouched(smooth))
 
     def pressed(approach: float) -> ForceSlope | None:
-        try:
-            found = trials.at(approach, 0.0)
-        except ZoneExhausted:
-            return None
-        if found is None:
+        if trials.at(approach, 0.0) is None:
             return None
         force = float(trials.forces()[0])
         return ForceSlope(force, float(trials.stiffness()[0, 0]), force)
 
-    with suppress(SolverError):  # beyond the candidates: the last force counts
-        rising_root(pressed, normal, *_start(smooth, normal))
+    _reach(smooth, pressed, normal)
     forces = np.maximum(trials.last.multiplier[:, 0], 0.0)
     falls = forces ** (1.0 - exponent) @ problem.model.areas**exponent / forces.sum()
     return problem.with_friction(
@@ -136,30 +116,47 @@ def _turning_until_sliding(
 def _coefficient_turning(problem: ContactProblem, tangential: float) -> float:
     """The force that holds is found by presses, the ratio there by a slide: it shifts the normal
     forces, and lowers the ratio by some hundredths, which hardly changes with the force."""
-    outside = False
     trials = Attempts(problem, ContactState.untouched(problem))
 
     def carried(approach: float) -> ForceSlope | None:
-        nonlocal outside
-        try:
-            found = trials.at(approach, 0.0)
-        except ZoneExhausted:  # of one trial: the answer may be nearer
-            outside = True
-            return None
+        found = trials.at(approach, 0.0)
         if found is None:
             return None
         normal, pulled = carried_turning(problem, found.multiplier[:, 0])
         rise = float(trials.stiffness()[0, 0])
         return ForceSlope(pulled, rise * pulled / max(normal, 1e-300), normal)
 
-    try:
-        rising_root(carried, tangential, *_start(problem, tangential))
-    except SolverError:
-        if not outside:
-            raise
+    _reach(problem, carried, tangential)
     slid = _turning_until_sliding(problem, trials.last, trials.workspace)
     normal, pulled = carried_turning(problem, slid.multiplier[:, 0])
     return pulled / normal
+
+
+def _reach(
+    problem: ContactProblem, evaluate: Callable[[float], ForceSlope | None], target: float
+) -> ForceSlope:
+    """The last trial of the approach at which a rising force reaches ``target`` (N), or, where that
+    is beyond the candidates, of the deepest one inside them. Raises SolverError for neither."""
+    found: ForceSlope | None = None
+    outside = False
+
+    def inside(approach: float) -> ForceSlope | None:
+        nonlocal found, outside
+        try:
+            trial = evaluate(approach)
+        except ZoneExhausted:  # of one trial: the answer may be nearer
+            outside = True
+            return None
+        found = trial or found
+        return trial
+
+    try:
+        rising_root(inside, target, *_start(problem, target))
+    except SolverError:
+        if not outside or found is None:
+            raise
+    assert found is not None  # A root was evaluated.
+    return found
 
 
 def _start(problem: ContactProblem, tangential: float) -> tuple[float, float, float]:

@@ -299,7 +299,7 @@ def run_episodes(
     if estimator is not None and grip.hardware.gage_noise_microstrain > 0.0:
         estimator = estimator.at_noise(grip.hardware.gage_noise_microstrain)
 
-    law = "" if problem.law.is_coulomb else str(problem.law)
+    law = problem.law.name
 
     def run(plant: Plant, friction: float, hand: Controller) -> Episode:
         after = grip.hold_steps

@@ -69,6 +69,11 @@ class FrictionLaw:
         return self.coefficient if self.is_coulomb else STEEPEST
 
     @property
+    def name(self) -> str:
+        """The law as a text, as records have it; "" for Coulomb's."""
+        return "" if self.is_coulomb else str(self)
+
+    @property
     def shown(self) -> float | str:
         """Coulomb's coefficient, or the law as a text."""
         return self.coefficient if self.is_coulomb else str(self)

@@ -168,7 +168,7 @@ class GripBench:
         )
         known = remembered.truth().slip_ratio or cell.friction
         rng = stream(seed_of(cell, self.grid.seed), "samples")
-        return run_episode(
+        episode = run_episode(
             ImperfectPlant(remembered, self._noisy(cell.noise), rng, self.plates),
             self.controller(cell, known),
             self.calibration(cell.noise),
@@ -177,6 +177,7 @@ class GripBench:
             cell.mass_g,
             after,
         )
+        return replace(episode, result=replace(episode.result, friction_law=problem.law.name))
 
     @property
     def _holding_steps(self) -> int:

@@ -327,14 +327,21 @@ def test_a_flat_end_slips_at_the_power_laws_own_exponent():
 
 
 def test_a_law_meets_a_coefficient_at_a_force(patch):
-    """Friction carries mu F_n under a press to that force, and about as much as all slides."""
-    own = FrictionLaw(0.9, exponent=0.5)
-    for normal in (0.5, 2.0):
-        problem = meeting(patch.with_friction(own), 0.3, normal)
-        assert (problem.law.coefficient, problem.law.exponent) == (0.3, 0.5)
-        assert coefficient_under(problem, 0.3 * normal) == pytest.approx(0.3, rel=0.02)
-        # Of alike springs under a flat end it would be 0.3 / sqrt(0.1).
-        assert 0.33 < coefficient_under(problem, 0.03 * normal) < 0.96
+    """Exactly under a flat end, whose friction goes with (F_n / F)^-n from there; of a rough patch
+    within what the shear shifts of the pressures."""
+    points = np.column_stack([np.arange(5.0), np.zeros(5)])
+    flat = contact_problem(
+        reduced_model(points, np.eye(10), areas=np.full(5, 2.0)),
+        Plane(0.0),
+        FrictionLaw(0.9, exponent=0.31),
+    )
+    problem = meeting(flat, 0.3, 4.0)
+    assert (problem.law.coefficient, problem.law.exponent) == (0.3, 0.31)
+    for approach in (0.1, 0.8, 2.0):
+        normal, tangential = forces_of_slip(problem, approach)
+        assert tangential / normal == pytest.approx(0.3 * (normal / 4.0) ** -0.31, rel=1e-6)
+    rough = meeting(patch.with_friction(FrictionLaw(0.9, exponent=0.5)), 0.3, 2.0)
+    assert coefficient_under(rough, 0.6) == pytest.approx(0.3, rel=0.02)
     assert meeting(patch, 0.3, 2.0).law == FrictionLaw(0.3)
 
 

@@ -143,7 +143,7 @@ def test_friction_in_motion_is_5_to_20_per_cent_less():
 
 
 def test_friction_that_falls_with_the_pressure_has_its_coefficient_at_the_least_force():
-    """An oracle that is told this ratio holds its margin, and the hand meets more at first."""
+    """An oracle that is told this ratio holds its margin; the record names the law."""
     design = parse_design(COARSE)
     found = [perturb(design, ["exponent"], seed).exponent for seed in range(40)]
     assert 0.0 <= min(found) < 0.05
@@ -155,6 +155,7 @@ def test_friction_that_falls_with_the_pressure_has_its_coefficient_at_the_least_
     result = PerturbedBench(design, grid, None, "plane-strain").run_batch([cell])[0]
     assert (result.lifted, result.gross_slip) == (True, False)
     assert result.slip_ratio == pytest.approx(0.4, rel=0.02)
+    assert result.friction_law.startswith("0.4 (p / ")
     assert result.safety_margin == pytest.approx(1.2, abs=0.05)
 
 
