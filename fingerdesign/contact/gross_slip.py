@@ -1,9 +1,9 @@
-"""Complete slip under a level plane: the forces that friction then carries (numpy only).
+"""Complete slip: the forces that friction then carries (numpy only).
 
-Dragged far in one increment, every node in contact slides toward +x, so forces follow from the
-approach alone. Coulomb's law makes F_t = mu F_n of them; under another law, and of an object that
-turns about a centre off the middle, their ratio depends on the load, and an object of weight w a
-finger is held by F_n where F_t(F_n) = w.
+Dragged far in one increment under a level plane, every node in contact slides toward +x, so forces
+follow from the approach alone. Coulomb's law makes F_t = mu F_n of them; under another law, and of
+an object that turns about a centre off the middle, their ratio depends on the load, and an object
+of weight w a finger is held by F_n where F_t(F_n) = w.
 
 Where friction falls with the pressure, a coefficient alone says nothing: :func:`meeting` makes the
 law whose coefficient holds at a given F_n.
@@ -16,6 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.balance import Attempts, ForceSlope, rising_root
 from fingerdesign.contact.increment import Increment, Workspace, ZoneExhausted, solve_increment
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
@@ -51,10 +52,10 @@ def coefficient_under(problem: ContactProblem, tangential: float) -> float:
     this is the one that a lift of that load meets. Where no contact within the candidates holds the
     load, it is the ratio at the deepest one. Raises as :func:`sliding`.
     """
-    if problem.softness is not None:
-        return _coefficient_turning(problem, tangential)
-    if problem.law.is_coulomb:
+    if problem.law.is_coulomb and problem.softness is None:
         return problem.law.coefficient
+    if problem.softness is not None or not problem.is_level:
+        return _coefficient_by_presses(problem, tangential)
 
     def carried(approach: float) -> ForceSlope:
         found = sliding(problem, approach)
@@ -113,22 +114,30 @@ def _turning_until_sliding(
     return found
 
 
-def _coefficient_turning(problem: ContactProblem, tangential: float) -> float:
-    """The force that holds is found by presses, the ratio there by a slide: it shifts the normal
-    forces, and lowers the ratio by some hundredths, which hardly changes with the force."""
+def _coefficient_by_presses(problem: ContactProblem, tangential: float) -> float:
+    """The force that holds is found by presses, and so is the ratio on a surface that leans or is
+    round, for a drag would leave it. Of an object that turns the ratio is found by a slide: it
+    shifts the normal forces, and lowers the ratio by some hundredths, which hardly changes with the
+    force."""
     trials = Attempts(problem, ContactState.untouched(problem))
+    turns = problem.softness is not None
+
+    def sliding_force(normal: Array) -> tuple[float, float]:
+        return carried_turning(problem, normal) if turns else problem.carried_sliding(normal)
 
     def carried(approach: float) -> ForceSlope | None:
         found = trials.at(approach, 0.0)
         if found is None:
             return None
-        normal, pulled = carried_turning(problem, found.multiplier[:, 0])
+        normal, pulled = sliding_force(found.multiplier[:, 0])
         rise = float(trials.stiffness()[0, 0])
         return ForceSlope(pulled, rise * pulled / max(normal, 1e-300), normal)
 
-    _reach(problem, carried, tangential)
+    last = _reach(problem, carried, tangential)
+    if not turns:
+        return last.value / last.scale
     slid = _turning_until_sliding(problem, trials.last, trials.workspace)
-    normal, pulled = carried_turning(problem, slid.multiplier[:, 0])
+    normal, pulled = sliding_force(slid.multiplier[:, 0])
     return pulled / normal
 
 

@@ -104,12 +104,23 @@ class ContactProblem:
         """
         if self.softness is not None:
             return None
+        pressing, pulling = self.carried_sliding(normal)
+        return pulling / pressing if pressing > 0.0 else None
+
+    def carried_sliding(self, normal: Array) -> tuple[float, float]:
+        """F_n and F_t (N) along the stage's axes as all of a contact of normal forces (m,) N slides
+        toward +x."""
         pressed = np.maximum(normal, 0.0)
         limit = np.zeros(self.shape)
         limit[:, 0] = pressed
         limit[:, 1] = np.copysign(self.friction.bound(pressed), self.frames[:, 1, 0])
-        force = self.to_global(limit).sum(axis=0)
-        return float(force[0] / -force[1]) if force[1] < 0.0 else None
+        force = self.model.total_force(self.to_global(limit))
+        return -float(force[1]), float(force[0])
+
+    @property
+    def is_level(self) -> bool:
+        """True where a shear toward +x leaves every gap as it is: on a plane that does not lean."""
+        return not self.modes[1, :, 0].any()
 
     @property
     def friction_coefficient(self) -> float:

@@ -14,7 +14,7 @@ from fingerdesign.contact.solver.attempts import Task, solve_task
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.shapes.friction import STEEPEST, FrictionLaw
-from fingerdesign.shapes.objects import Plane
+from fingerdesign.shapes.objects import Cylinder, Plane
 from tests.contact.conftest import SCALED
 from tests.support.half_space import half_plane, quarter_sphere
 from tests.support.reduced import followed, reduced_model
@@ -324,6 +324,39 @@ def test_a_flat_end_slips_at_the_power_laws_own_exponent():
         known = 0.3 * (normal / 10.0 / 0.1) ** -0.31
         assert tangential / normal == pytest.approx(known, rel=1e-9)
         assert coefficient_under(problem, tangential) == pytest.approx(known, rel=1e-6)
+
+
+@pytest.mark.parametrize("lean", [-0.1, 0.1])
+def test_a_leaning_flat_end_slips_at_its_friction_and_its_lean(lean):
+    """On each spring N presses and mu N drags along the plane, mu = 0.3 (p / p0)^-n: exact."""
+    along = np.array([np.cos(lean), np.sin(lean)])
+    model = reduced_model(np.outer(np.arange(5.0), along), np.eye(10), areas=np.full(5, 2.0))
+    plane = Plane(0.0, direction=(np.sin(lean), -np.cos(lean), 0.0))
+    problem = contact_problem(model, plane, FrictionLaw(0.3, exponent=0.31, reference=0.1))
+    for pressure in (0.05, 0.5):
+        friction = np.arctan(0.3 * (pressure / 0.1) ** -0.31)
+        weight = 5 * 2.0 * pressure * np.sin(friction + lean) / np.cos(friction)
+        known = np.tan(friction + lean)
+        assert coefficient_under(problem, weight) == pytest.approx(known, rel=1e-6)
+
+
+def test_a_round_object_slips_as_a_drag_in_small_steps_finds_it(patch):
+    """By presses; the drag moves the contact, and with it the ratio by some hundredths."""
+    law = FrictionLaw(0.3, exponent=0.5, reference=0.1)
+    problem = contact_problem(patch.model, Cylinder(60.0, radius=60.0), law)
+    ratio = coefficient_under(problem, 0.03)
+    workspace, state, approach = Workspace(), ContactState.untouched(problem), 0.0
+    while True:
+        found = solve_increment(problem, state, Motion(approach, 0.0), workspace)
+        _, pulled = problem.carried_sliding(found.multiplier[:, 0])
+        if pulled >= 0.03:
+            break
+        state, approach = found.state, approach + 0.001
+    while not (found.state.sliding[found.multiplier[:, 0] > 0.0] > 0.0).all():
+        motion = Motion(approach, found.motion.shear + 0.001)
+        found = solve_increment(problem, found.state, motion, workspace)
+    force = problem.model.total_force(found.force)
+    assert ratio == pytest.approx(float(force[0] / -force[1]), rel=0.05)
 
 
 def test_a_law_meets_a_coefficient_at_a_force(patch):
