@@ -119,8 +119,9 @@ def _coefficient_by_presses(problem: ContactProblem, tangential: float) -> float
     round, for a drag would leave it. Of an object that turns the ratio is found by a slide: it
     shifts the normal forces, and lowers the ratio by some hundredths, which hardly changes with the
     force."""
-    trials = Attempts(problem, ContactState.untouched(problem))
     turns = problem.softness is not None
+    presses = problem if turns else problem.with_friction(0.0)  # Without friction none fails.
+    trials = Attempts(presses, ContactState.untouched(presses))
 
     def sliding_force(normal: Array) -> tuple[float, float]:
         return carried_turning(problem, normal) if turns else problem.carried_sliding(normal)
@@ -133,7 +134,7 @@ def _coefficient_by_presses(problem: ContactProblem, tangential: float) -> float
         rise = float(trials.stiffness()[0, 0])
         return ForceSlope(pulled, rise * pulled / max(normal, 1e-300), normal)
 
-    last = _reach(problem, carried, tangential)
+    last = _reach(presses, carried, tangential)
     if not turns:
         return last.value / last.scale
     slid = _turning_until_sliding(problem, trials.last, trials.workspace)
