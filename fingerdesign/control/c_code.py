@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fingerdesign.control import features
-from fingerdesign.control.controllers import regulator
+from fingerdesign.control.controllers import friction_belief, regulator
 from fingerdesign.control.estimator import OUTLIER, GripEstimator, in_16_bits
 from fingerdesign.control.features import LAGS, feature_count
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
@@ -35,7 +35,7 @@ _MOST_DELAY = 120  # samples: more are refused as the hand is started
 def constants(estimator: GripEstimator, grip: Grip) -> dict[str, float]:
     """Numbers of the templates by name: of both modules, of ``[grip]``, of the noise."""
     own = own_values(grip, CONTROLLERS.find("regulator", "grip.controller"))
-    named = {**vars(features), **vars(regulator)}
+    named = {**vars(features), **vars(friction_belief), **vars(regulator)}
     found = {name.strip("_"): each for name, each in named.items() if name.strip("_").isupper()}
     found |= {name.upper(): float(each) for name, each in vars(own).items()}
     found["LEAST_FRICTION"], found["MOST_FRICTION"] = found["FRICTION"]

@@ -180,8 +180,13 @@ fingerdesign/control/controllers/regulator.py | tests/control/test_c_code.py tes
 
 C regulator: a friction that is hardly known has no floor
 fingerdesign/control/templates/regulator.c | tests/control/test_c_code.py
-- return friction * larger(1.0f - CAUTION / sqrtf(r->weight), 0.5f);
-+ return friction * (1.0f - CAUTION / sqrtf(r->weight));
+- return friction_at(r, force) * larger(1.0f - CAUTION / sqrtf(r->weight), 0.5f);
++ return friction_at(r, force) * (1.0f - CAUTION / sqrtf(r->weight));
+
+friction: the first probe says nothing of the exponent
+fingerdesign/control/controllers/friction_belief.py | tests/control/test_estimator.py
+- found = (_PRIOR * _EXPONENT + 0.5 * rise * fall) / (_PRIOR + 0.5 * rise * rise)
++ found = _EXPONENT
 
 sensitivities' key: without the moves of the bench
 fingerdesign/sensing/identify/sensitivities.py | tests/sensing/test_cache_keys.py

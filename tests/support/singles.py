@@ -48,7 +48,8 @@ class SingleRegulator:
         self.delay = self.settling = calibration.delay
         self.stiffness, self.history = S(calibration.tangential_stiffness), []
         self.pulled, self.pending = False, deque([(ZERO, ZERO)] * (self.delay + 1))
-        self.pressing = self.weight = self.sum = self.used = self.probed = ZERO
+        self.pressing = self.weight = self.sum = self.forces = self.used = self.probed = ZERO
+        self.exponent, self.first = self.n.EXPONENT, None
         self.carried, self.dead = ZERO, np.zeros(self.pressed.shape[1], dtype=bool)
 
     def left_by_turn(self, force):
@@ -140,10 +141,35 @@ class SingleRegulator:
             sure, memory = n.CLIMBING * sure, 1.0 - n.CLIMBING * (1.0 - memory)
         self.weight = memory * self.weight + sure
         self.sum = memory * self.sum + sure * friction
+        self.forces = memory * self.forces + sure * normal
 
-    def sure_part(self, friction):
-        """The friction less its standard deviation."""
-        return friction * max(1.0 - self.n.CAUTION / np.sqrt(self.weight), S(0.5))
+    def probe_ends(self, pressed):
+        """The exponent, from this coefficient and that of the first probe."""
+        n, known = self.n, self.weight > 0.0
+        if self.probed != 0.0:
+            return
+        self.probed = pressed
+        if not known:
+            return
+        force = self.forces / self.weight
+        friction = self.friction_at(force)
+        self.first = self.first or (force, friction)
+        force, fall = logarithm(force / self.first[0]), logarithm(self.first[1] / friction)
+        found = n.PRIOR * n.EXPONENT + S(0.5) * force * fall
+        found = found / (n.PRIOR + S(0.5) * force * force)
+        self.exponent = min(max(found, ZERO), n.MOST_EXPONENT)
+
+    def friction_at(self, force):
+        """The friction at a normal force."""
+        if not self.weight > 0.0:
+            return ZERO
+        mean = self.forces / self.weight
+        both, off = mean + force, self.exponent * (mean - force)
+        return self.sum / self.weight * ((both + off) / (both - off))
+
+    def sure_part(self, force):
+        """The same less its standard deviation."""
+        return self.friction_at(force) * max(1.0 - self.n.CAUTION / np.sqrt(self.weight), S(0.5))
 
     def close(self, pressed):
         """The next approach."""
@@ -161,29 +187,31 @@ class SingleRegulator:
         n, known = self.n, self.weight > 0.0
         pressed = max(normal, n.LEAST_FORCE)
         ratio = tangential / pressed
-        friction = self.sum / self.weight if known else ZERO
+        friction = self.friction_at(pressed)
         if lifted:
-            in_use = ratio / (self.sure_part(friction) if known else n.UNKNOWN)
+            in_use = ratio / (self.sure_part(pressed) if known else n.UNKNOWN)
             self.carried = self.carried or ratio
             tugged = in_use > n.MOST_HELD or ratio > n.TUGGED * self.carried
             return ZERO, self.close(pressed) if tugged else ZERO
         self.used += n.NEWS * (used - self.used)
         believed = ratio / friction if known else ZERO
         if stick < n.LEAST_STICK or max(self.used, believed) > n.MOST_USED:
-            self.probed = self.probed or pressed
+            self.probe_ends(pressed)
             return ZERO, self.close(pressed)
         if pressed > n.AGAIN * self.probed > 0.0:
-            self.probed, self.weight, self.sum = ZERO, n.KEPT * self.weight, n.KEPT * self.sum
+            self.probed, self.forces = ZERO, n.KEPT * self.forces
+            self.weight, self.sum = n.KEPT * self.weight, n.KEPT * self.sum
         if self.probed == 0.0:
             if pressed < n.PROBE_FORCE_N:
                 return ZERO, self.close(pressed)
             if (step := self.probing_pull(ratio, pressed, friction)) > 0.0:
                 return self.shear(step), ZERO
-            self.probed = pressed
+            self.probe_ends(pressed)
         if not known:
             return self.shear(n.PULL_SHARE * pressed), ZERO
         dy = self.close(pressed)
-        aim = n.TARGET * self.sure_part(friction) * (normal + max(self.pressing, ZERO) * dy)
+        force = pressed + max(self.pressing, ZERO) * dy
+        aim = n.TARGET * self.sure_part(force) * force
         return self.shear(aim - tangential), dy
 
     def probing_pull(self, ratio, pressed, friction):

@@ -13,11 +13,12 @@ margin that it keeps) while both forces grow:
    third: gages drown in noise at small forces. Where samples come late it pulls the more slowly,
    and ever more slowly towards a probe's end: at a low friction a step is a twelfth of all of it.
 2. *Climb.* The friction of each step, mu = F_t / (F_n used), is averaged by how sure the
-   estimator is of it, the past fading slowly: mu does not change, but errors that last do less harm
-   so. Steps of the climb count for a fifth: there the network reports what is usual, and the hand
-   would follow its own belief from step to step. Each step closes by ``approach_step``, less where
-   that would raise F_n by more than ``press_share`` of it, and shears toward F_t = target mu F_n,
-   mu less one of its standard deviations.
+   estimator is of it, the past fading slowly: errors that last do less harm so. Where F_n rises, it
+   falls by an exponent that probes at other forces show (friction_belief.py). Steps of the climb
+   count for a fifth: there the network reports what is usual, and the hand would follow its own
+   belief from step to step. Each step closes by ``approach_step``, less where that would raise F_n
+   by more than ``press_share`` of it, and shears toward F_t = target mu F_n, mu less one of its
+   standard deviations.
 3. *Guard.* Where the stick ratio falls under ``least_stick``, or ``used`` over ``most_used``, it
    closes without pulling until both are well again, and trusts the lower friction.
 4. *Hold.* Once the object hangs it pulls no more, and learns no more: gages that do not move give
@@ -38,6 +39,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.control.controllers.friction_belief import FrictionBelief
 from fingerdesign.control.estimator import Estimated
 from fingerdesign.control.features import LEAST_FORCE, Moment
 from fingerdesign.control.roster import Command, Object, Range, controller
@@ -54,9 +56,6 @@ _STIFFNESS_FADES = 0.7  # share of dF_t/dx that stays as it was
 _LEAST_CLOSING = 0.1  # of a step: by less, a noisy force cell would make it ever stiffer
 _NEAR = 0.9  # of the target: where a probe ends
 _NEWS = 0.5  # share of the last sample in what is believed of the friction in use
-# Standard deviations of the friction by which it leans to the safe side. In 3-D, of a hundred lifts
-# with all faults at once, 1 lifts 95 (none crushed, margin 1.69), 0.5 lifts 93 (1.61), 2 lifts 91.
-_CAUTION = 1.0
 _OF_ROOM = 0.25  # of the way that is left to a probe's end: its largest step
 _SLOWEST = 0.2  # of a step: no less
 _AGAIN = 2.0  # F_n over the last probe's, where it probes again
@@ -138,7 +137,7 @@ class Regulator:
         self._history = [Moment(sample, 0.0, 0.0)]
         self._pending = deque([(0.0, 0.0)] * (calibration.delay + 1))  # moves on their way
         self._settling = calibration.delay  # samples of the press to the preload
-        self._weight = self._sum = 0.0
+        self._belief = FrictionBelief()
         self._pulled = False  # Before it is, nothing reveals the friction.
         self._utilisation = 0.0  # F_t / (mu F_n) as the last few samples say
         self._probed = inf  # F_n of the last probe, N; inf while one goes on
@@ -146,8 +145,9 @@ class Regulator:
 
     @property
     def friction(self) -> float | None:
-        """Its estimate of the friction coefficient; None before it knows anything."""
-        return self._sum / self._weight if self._weight > 0.0 else None
+        """Its estimate of the friction coefficient, at the mean force of its samples; None before
+        it knows anything."""
+        return self._belief.mean
 
     def command(self, sample: Sample) -> Command:
         """The next move; see Controller."""
@@ -166,7 +166,7 @@ class Regulator:
             self._learn_friction(sample, reported)
         dx, dy = self._next(self._ahead(sample), reported)
         self._pending.append((dx, dy))
-        hold, unsure = dx == 0.0 and not sample.lifted, self._weight < _SURE
+        hold, unsure = dx == 0.0 and not sample.lifted, self._belief.weight < _SURE
         return Command(dx, dy, hold, unsure=unsure, stick_ratio=reported.stick_ratio)
 
     def _ahead(self, sample: Sample) -> Sample:
@@ -180,20 +180,20 @@ class Regulator:
 
     def _next(self, sample: Sample, reported: Estimated) -> tuple[float, float]:
         """The next move, of forces as they will be."""
-        own, friction = self._own, self.friction
-        ratio = sample.tangential_force / self._pressed(sample)
+        own, pressed = self._own, self._pressed(sample)
+        friction = self._belief.at(pressed)
+        ratio = sample.tangential_force / pressed
         believed = 0.0 if friction is None else ratio / friction
         if sample.lifted:
-            return 0.0, self._close(sample) if self._tugged(ratio) else 0.0
+            return 0.0, self._close(sample) if self._tugged(ratio, pressed) else 0.0
         self._utilisation += _NEWS * (reported.friction_utilisation - self._utilisation)
-        pressed, in_use = self._pressed(sample), max(self._utilisation, believed)
+        in_use = max(self._utilisation, believed)
         if reported.stick_ratio < own.least_stick or in_use > own.most_used:
             self._probe_ends(pressed)
             return 0.0, self._close(sample)
         if pressed > _AGAIN * self._probed:
             self._probed = inf
-            self._weight *= _KEPT
-            self._sum *= _KEPT
+            self._belief.fade(_KEPT)
         if self._probed == inf:
             if pressed < own.probe_force_N:
                 return 0.0, self._close(sample)
@@ -203,14 +203,14 @@ class Regulator:
         if friction is None:
             return self._shear(own.pull_share * pressed), 0.0
         closing = self._close(sample)
-        aim = own.target * self._surely(friction)
-        aim *= sample.normal_force + max(self._pressing, 0.0) * closing
+        force = pressed + max(self._pressing, 0.0) * closing
+        aim = own.target * self._belief.surely(force) * force
         return self._shear(aim - sample.tangential_force), closing
 
-    def _tugged(self, ratio: float) -> bool:
+    def _tugged(self, ratio: float, pressed: float) -> bool:
         """True if a hanging object, at this F_t / F_n, needs more than it is held by."""
-        friction = self.friction
-        in_use = ratio / (_UNKNOWN if friction is None else self._surely(friction))
+        known = self._belief.weight > 0.0
+        in_use = ratio / (self._belief.surely(pressed) if known else _UNKNOWN)
         self._carried = self._carried or ratio
         return in_use > self._own.most_held or ratio > _TUGGED * self._carried
 
@@ -227,13 +227,10 @@ class Regulator:
             step = max(min(step, _OF_ROOM * room * friction * pressed), _SLOWEST * step)
         return step
 
-    def _surely(self, friction: float) -> float:
-        """Less so many of its standard deviations."""
-        return friction * max(1.0 - _CAUTION / sqrt(self._weight), 0.5)
-
     def _probe_ends(self, pressed: float) -> None:
         if self._probed == inf:
             self._probed = pressed
+            self._belief.probe_ends()
 
     def _close(self, sample: Sample) -> float:
         """dy of the next step; half of the largest before the stiffness has been measured."""
@@ -271,5 +268,4 @@ class Regulator:
         memory = self._own.memory
         if self._history[-1].dy > 0.0:
             sure, memory = _CLIMBING * sure, 1.0 - _CLIMBING * (1.0 - memory)
-        self._weight = memory * self._weight + sure
-        self._sum = memory * self._sum + sure * min(max(friction, low), high)
+        self._belief.learn(min(max(friction, low), high), sample.normal_force, sure, memory)

@@ -258,6 +258,7 @@ static void learn_friction(regulator *r, estimate found) {
     }
     r->weight = memory * r->weight + sure;
     r->sum = memory * r->sum + sure * friction;
+    r->forces = memory * r->forces + sure * now->normal_force;
 }
 
 /* dy of the next step; half of the largest before the finger's stiffness has been felt. */
@@ -272,28 +273,52 @@ static float shear(const regulator *r, float force) {
     return smaller(larger(force / r->stiffness, 0.0f), SHEAR_STEP);
 }
 
+/* The friction at a normal force; 0 before anything is known. */
+static float friction_at(const regulator *r, float force) {
+    float mean, both, off;
+    if (!(r->weight > 0.0f))
+        return 0.0f;
+    mean = r->forces / r->weight;
+    both = mean + force;
+    off = r->exponent * (mean - force);
+    return r->sum / r->weight * ((both + off) / (both - off));
+}
+
 static void probe_ends(regulator *r, float pressed) {
-    if (r->probed == 0.0f)
-        r->probed = pressed;
+    float force = r->forces / r->weight, friction = friction_at(r, force), found;
+    if (r->probed != 0.0f)
+        return;
+    r->probed = pressed;
+    if (friction == 0.0f)
+        return;
+    if (r->first_force == 0.0f) {
+        r->first_force = force;
+        r->first_friction = friction;
+    }
+    force = logarithm(force / r->first_force);
+    friction = logarithm(r->first_friction / friction);
+    found = PRIOR * EXPONENT + 0.5f * force * friction;
+    found = found / (PRIOR + 0.5f * force * force);
+    r->exponent = smaller(larger(found, 0.0f), MOST_EXPONENT);
 }
 
 /* The friction less its standard deviation. */
-static float surely(const regulator *r, float friction) {
-    return friction * larger(1.0f - CAUTION / sqrtf(r->weight), 0.5f);
+static float surely(const regulator *r, float force) {
+    return friction_at(r, force) * larger(1.0f - CAUTION / sqrtf(r->weight), 0.5f);
 }
 
 /* The next move, of forces as they will be. */
 static void next(regulator *r, estimate found, float normal, float tangential, int lifted,
                  regulator_command *to) {
     float pressed = larger(normal, LEAST_FORCE), ratio = tangential / pressed;
-    int known = r->weight > 0.0f;
-    float friction = known ? r->sum / r->weight : 0.0f;
+    float friction = friction_at(r, pressed);
+    int known = friction > 0.0f;
     float believed = known ? ratio / friction : 0.0f;
     to->dx = to->dy = 0.0f;
     if (lifted) {
         if (r->carried == 0.0f)
             r->carried = ratio;
-        if (ratio / (known ? surely(r, friction) : UNKNOWN) > MOST_HELD
+        if (ratio / (known ? surely(r, pressed) : UNKNOWN) > MOST_HELD
             || ratio > TUGGED * r->carried)
             to->dy = closing(r, pressed);
         return;
@@ -308,6 +333,7 @@ static void next(regulator *r, estimate found, float normal, float tangential, i
         r->probed = 0.0f;
         r->weight *= KEPT;
         r->sum *= KEPT;
+        r->forces *= KEPT;
     }
     if (r->probed == 0.0f) {
         float room, unfelt = larger(ratio - r->history->tangential_force / pressed, 0.0f);
@@ -329,8 +355,8 @@ static void next(regulator *r, estimate found, float normal, float tangential, i
     }
     if (known) {
         to->dy = closing(r, pressed);
-        normal += larger(r->pressing, 0.0f) * to->dy;
-        to->dx = shear(r, TARGET * surely(r, friction) * normal - tangential);
+        pressed += larger(r->pressing, 0.0f) * to->dy;
+        to->dx = shear(r, TARGET * surely(r, pressed) * pressed - tangential);
     } else
         to->dx = shear(r, PULL_SHARE * pressed);
 }
@@ -378,6 +404,7 @@ int regulator_init(regulator *r, const regulator_curves *curves, int delay, floa
     r->curves = *curves;
     r->delay = r->settling = delay;
     r->stiffness = stiffness;
+    r->exponent = EXPONENT;
     return 0;
 }
 

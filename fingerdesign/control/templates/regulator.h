@@ -45,7 +45,9 @@ typedef struct {
     float unfelt_dx[REGULATOR_MOST_DELAY + 1], unfelt_dy[REGULATOR_MOST_DELAY + 1];
     int delay, settling;
     float torque, arm_moment, arm_force;
-    float stiffness, pressing, weight, sum, used, probed, most, carried;
+    float stiffness, pressing, used, probed, most, carried;
+    float weight, sum, forces;       /* of the friction's samples */
+    float exponent, first_force, first_friction; /* first: at the first probe's end */
 } regulator;
 
 /* Begin a grip at its preload. delay: samples from a move until it is felt; stiffness: dF_t/dx at
