@@ -120,7 +120,7 @@ def _coefficient_by_presses(problem: ContactProblem, tangential: float) -> float
     shifts the normal forces, and lowers the ratio by some hundredths, which hardly changes with the
     force."""
     turns = problem.softness is not None
-    presses = problem if turns else problem.with_friction(0.0)  # Without friction none fails.
+    presses = problem if turns else problem.with_friction(0.0)  # Each has one answer.
     trials = Attempts(presses, ContactState.untouched(presses))
 
     def sliding_force(normal: Array) -> tuple[float, float]:
