@@ -24,19 +24,23 @@ def command(arguments):
 
 
 def increments(design, scene):
-    """Of an analysis in plane strain, without a report."""
-    from fingerdesign import analyse, load_design, load_scene
+    """Of an analysis in plane strain, of the path alone."""
+    from fingerdesign import load_design, load_scene
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.pipeline import run
 
-    return analyse(load_design(design), load_scene(scene), "plane-strain").increments
+    found = load_design(design), load_scene(scene), "plane-strain"
+    return run(Case(*found, fields=False, grips=False, studied=False)).result.increments
 
 
 def grips(design):
-    """Of an analysis in plane strain, without a report."""
+    """Of an analysis in plane strain, without fields and slip studies."""
     from fingerdesign import load_design
     from fingerdesign.analysis.case import Case
     from fingerdesign.pipeline import run
 
-    return run(Case(load_design(design), None, "plane-strain", fields=False)).result.grips
+    case = Case(load_design(design), None, "plane-strain", fields=False, studied=False)
+    return run(case).result.grips
 
 
 def hand_of(design):
@@ -46,8 +50,9 @@ def hand_of(design):
     return make_controller(design.grip.controller, design.grip).name, design.digest()
 
 
-def forces(fidelity, changes, mkl):
-    """Of the fundamental case of a changed finger, and its gages; MKL may be hidden."""
+def forces(changes, mkl):
+    """Of the fundamental case of a changed finger, and its gages, in plane strain and in 3-D; MKL
+    may be hidden."""
     if not mkl:
         sys.modules["pypardiso"] = None
     from fingerdesign import with_values
@@ -56,11 +61,13 @@ def forces(fidelity, changes, mkl):
     from fingerdesign.pipeline import run
 
     design = with_values(load_design("maeno2000"), changes)
-    case = Case(design, None, fidelity, fields=False, grips=False, studied=False)
-    found = run(case).result.increments
-    numbers = [(each.normal_force_N, each.tangential_force_N, each.stick_ratio) for each in found]
-    numbers += [(gage.reading,) for gage in found[-1].gages]
-    return np.concatenate(numbers)
+    both = []
+    for fidelity in ("plane-strain", "3d"):
+        case = Case(design, None, fidelity, fields=False, grips=False, studied=False)
+        rows = run(case).result.increments
+        numbers = [(row.normal_force_N, row.tangential_force_N, row.stick_ratio) for row in rows]
+        both.append(np.concatenate([*numbers, [gage.reading for gage in rows[-1].gages]]))
+    return both
 
 
 def digest(table):
