@@ -222,7 +222,9 @@ def test_digests_tell_molds_apart_and_fingers_not_and_take_designs_alone(hand_ma
 def command(tmp_path, terminal):
     """``command(*options, code=0)``: what `mold` says that works into tmp_path / "out"."""
     path = tmp_path / "block_by_hand.toml"
-    path.write_text('design.name = "block_by_hand"\nplates.count = 3\n', encoding="utf-8")
+    # Which gage fits is asked of ready.py by its own tests: a plan for each takes seconds.
+    film = 'mold.gage = "sputtered_film"\nmold.leads = "leg"\n'
+    path.write_text(f'design.name = "block_by_hand"\nplates.count = 3\n{film}', encoding="utf-8")
     return partial(terminal, "mold", path, "--out", tmp_path / "out")
 
 
