@@ -182,7 +182,7 @@ def test_unknown_controllers_and_too_few_grips_are_refused():
         tune("paper", {}, tuning_cells("paper", 95), Judge())
 
 
-GRID = ControlGrid((0.4,), (150.0,), (0.5,), tug=None)
+GRID = ControlGrid((0.4,), (150.0,), (0.5,), hold_s=0.05, tug=None)
 TUNED = StudyOptions(tuning=TuningSetting(budget=SMALL))
 
 
@@ -248,6 +248,7 @@ def test_a_real_tuning_improves_goes_on_and_has_other_noise_than_the_grid(bench,
 def test_a_study_of_perturbed_fingers_tunes_on_others_with_its_faults(coarse, tmp_path, calls_of):
     drawn = calls_of(trials_bench, "perturb")
     grid = ControlGrid.of_perturbed(Perturbed(("gains", "tilt"), plants=1, lifts=2))
+    grid = replace(grid, hold_s=0.05)
     found = run_study(coarse, ("fixed_ratio",), grid, tmp_path / "journal", TUNED)
     tuning = found.data["tuning"]
     assert (tuning["fingers"], len(tuning["cells"])) == (3, 5)
