@@ -1,5 +1,7 @@
 """Lifts as a LeRobot data set: read back by the format's rules, and by its own loader."""
 
+import contextlib
+import io
 import json
 import os
 import subprocess
@@ -8,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fingerdesign_cli.main import main
 
 from fingerdesign.trials import study
 from tests.support.session import never_called
@@ -40,14 +43,11 @@ print(json.dumps([len(found), found.num_episodes, found.fps, last]))
 def data_set(tmp_path_factory):
     """Four lifts of the section of film_tees; its folder and what is printed."""
     folder = tmp_path_factory.mktemp("lerobot") / "lifts"
-    command = [sys.executable, "-m", "fingerdesign_cli.main", "study", "film_tees", "--json"]
-    command += [
-        *GIVEN,
-        *["--friction", "0.3", "--friction", "0.6", "--workers", "1", "--to", "lerobot"],
-        folder,
-    ]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
-    return folder, json.loads(done.stdout)
+    frictions = ("--friction", "0.3", "--friction", "0.6")
+    more = ("--workers", "1", "--to", "lerobot", str(folder))
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        assert main(["study", "film_tees", "--json", *GIVEN, *frictions, *more]) == 0
+    return folder, json.loads(printed.getvalue())
 
 
 class Read:
