@@ -186,7 +186,8 @@ def errors_of(finger, names=None, step=2e-3, chance=None):
     rows = [exact["tangential_force"][-1]]
     if exact["gages"].size:
         rows += [exact["gages"][np.abs(exact["gages"]).max(axis=1).argmax()]]
-    ways["gradient"] = [row / max(np.linalg.norm(row), 1e-300) for row in rows]
+    if len(case.scales) > 1:  # the gradient by one parameter is its coordinate
+        ways["gradient"] = [row / max(np.linalg.norm(row), 1e-300) for row in rows]
     errors, skipped = [], 0
     for kind, each in ways.items():
         for way in each:
