@@ -376,12 +376,15 @@ def test_trials_are_fewer_where_they_need_tetrahedra():
     assert most_trials(kept) < most_trials(flat)
 
 
-# The swept mesh, coarse, one friction and the design's own hand, which is tried with five lengths of
-# steps: what the search finds is tested above.
+# The swept mesh, coarse, one friction, and the design's own hand, which is tried with five lengths
+# of steps: what the search finds is tested above.
 COARSE = """[mesh]
 mesher = "sweep"
 layers = 2
-section = { contact_size_mm = 0.2, plate_size_mm = 0.3, plate_end_size_mm = 0.15, far_size_mm = 3.0 }
+[mesh.section]
+contact_size_mm = 0.2
+plate_size_mm = 0.3
+plate_end_size_mm = 0.15
 """
 
 
