@@ -18,11 +18,9 @@ from fingerdesign.control.controllers.rivals import OracleNear, OracleSafe
 from fingerdesign.errors import DesignError
 from fingerdesign.layout import pressure
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.mold import make
 from fingerdesign.mold.checks import walls
 from fingerdesign.mold.plan.limits import PROFILES, limits_of
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.notes import casting_notes
 from fingerdesign.search.optimise import sensitivity
 from fingerdesign.validate import assumptions
 from fingerdesign.validate.record import THRESHOLDS
@@ -77,15 +75,9 @@ def test_the_readme_leads_to_a_design(in_tmp_path):
 
 
 @pytest.mark.slow
-def test_the_readme_leads_to_a_mold_and_shows_what_is_printed(in_tmp_path, capsys, monkeypatch):
-    """The mold is made of fewer plates than the finger has: each is cut like the next; two of its
-    steps are drawn, each like the next. To draw and to check the design is tried above."""
-
-    def two(casting):
-        notes, views = casting_notes(casting)
-        return notes, views[:2]
-
-    monkeypatch.setattr(make, "casting_notes", two)
+def test_the_readme_leads_to_a_mold_and_shows_what_is_printed(in_tmp_path, capsys):
+    """The mold is made of fewer plates than the finger has: each is cut like the next. To draw and
+    to check the design is tried above."""
     new, _, _, *others = commands("README.md")[0]
     for command in (new, *others):
         if " mold " in command:

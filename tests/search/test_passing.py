@@ -376,8 +376,7 @@ def test_trials_are_fewer_where_they_need_tetrahedra():
     assert most_trials(kept) < most_trials(flat)
 
 
-# The swept mesh, coarse, one friction, and the design's own hand, which is tried with five lengths
-# of steps: what the search finds is tested above.
+# The swept mesh, coarse, and one friction: what the search finds is tested above.
 COARSE = """[mesh]
 mesher = "sweep"
 layers = 2
@@ -394,7 +393,7 @@ def test_a_finger_is_searched_from_a_file_and_its_comments_stay(tmp_path, termin
     text = text[: text.index("[mesh]")].replace("[0.2, 0.3, 0.8]", "[0.3]", 1) + COARSE
     path = tmp_path / "mine.toml"
     path.write_text(text.replace('name = "film_tees"', 'name = "mine"', 1), encoding="utf-8")
-    few = ("--trials", 1, "--workers", 1, "--keep", "grip")
+    few = ("--trials", 1, "--workers", 1)
     assert "all 4 pass" in terminal("optimise", path, "--out", tmp_path / "out", *few).out
     written = (tmp_path / "out" / "mine-optimised.toml").read_text("utf-8")
     assert written.startswith(text.splitlines()[0])
