@@ -156,10 +156,27 @@ def changes_of(
     return [change_of(each, model, single, weights) for each in parameters]
 
 
+def contact_forces(fields: ResponseFields, increments: Sequence[Increment]) -> Array:
+    """Forces (K, n, dim) N of increments on the nodes that have fields."""
+    return np.array([increment.force[fields.nodes] for increment in increments])
+
+
+def rates_under(
+    fields: ResponseFields, changes: Sequence[Change], force: Array, pairs: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Rates (P, r, K) of what the model answers to forces (K, n, dim) that stay as they are, and
+    those (P, j) of pairs, see :meth:`ResponseFields.rates`. Forces are combined from a basis."""
+    left, sizes, right = svd(force.reshape(len(force), -1).T, full_matrices=False)
+    rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
+    basis, between = fields.rates(changes, left[:, :rank], pairs)
+    return basis @ (sizes[:rank, None] * right[:rank]), between
+
+
 class IncrementRates:
     """Rates of a path's increments with all parameters; fields: of the nodes that touch.
 
-    steps: rows whose stick ratios are wanted; path: of the contact; explicit (K, n, dim, P): of
+    steps: rows whose stick ratios are wanted; rates: of :func:`rates_under` where they are known;
+    path: of the contact; explicit (K, n, dim, P): of
     local displacements under fixed forces; readings (P, K, 2 plates): of strains under them;
     frames (n, dim, dim, P).
     """
@@ -171,23 +188,22 @@ class IncrementRates:
         changes: Sequence[Change],
         increments: Sequence[Increment],
         steps: Sequence[Step] = (),
+        rates: Array | None = None,
     ) -> None:
         self._problem, self._fields, self._increments = problem, fields, increments
         self._changes, self._steps = changes, steps
         nodes = fields.nodes
         count, dim, size, past = len(nodes), problem.shape[1], len(changes), len(increments)
-        force = np.array([increment.force[nodes] for increment in increments])
-        left, sizes, right = svd(force.reshape(past, -1).T, full_matrices=False)
-        rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
+        force = contact_forces(fields, increments)
         self._pairs = border_pairs(problem, steps, nodes)
-        basis, self._between = fields.rates(changes, left[:, :rank], self._along_normals())
+        if rates is None:
+            rates, self._between = rates_under(fields, changes, force, self._along_normals())
         free = ~problem.model.locked[nodes].reshape(-1)  # on the mirror plane z does not yield
-        basis[:, : fields.contact] *= free[:, None]
-        rates = basis @ (sizes[:rank, None] * right[:rank])
-        moved = rates[:, : fields.contact].reshape(size, count, dim, past)
+        moved = rates[:, : fields.contact] * free[:, None]
+        moved = moved.reshape(size, count, dim, past)
         self.readings = rates[:, fields.contact :].transpose(0, 2, 1).copy()
         self.explicit = np.einsum("nab,pnbk->knap", problem.frames[nodes], moved)
-        del basis, rates, moved  # as large as what stays
+        del rates, moved  # as large as what stays
         self._compliance = fields.values[: fields.contact, : fields.contact]
         self.frames = np.zeros((count, dim, dim, size))
         amplitudes = np.array([increment.motion.amplitudes for increment in increments])

@@ -36,10 +36,15 @@ from fingerdesign.sensing.identify.bench import (
 )
 from fingerdesign.sensing.identify.latents import AXES, Latent
 from fingerdesign.sensing.model import MESHED
-from fingerdesign.sensitivity.change import Change
-from fingerdesign.sensitivity.derive import IncrementRates, changes_of, face_mean
+from fingerdesign.sensitivity.derive import (
+    IncrementRates,
+    changes_of,
+    contact_forces,
+    face_mean,
+    rates_under,
+)
 from fingerdesign.sensitivity.model import response_fields
-from fingerdesign.sensitivity.path import near_nodes
+from fingerdesign.sensitivity.path import near_nodes, needed_dofs
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
 from fingerdesign.version import __version__
 
@@ -114,26 +119,29 @@ def _differences(
             [*follow(problem, _motions(phase), 1)]
             for phase, problem in zip(phases, problems, strict=True)
         ]
-    nodes = near_nodes(problems[0], [step.increment for steps in paths for step in steps])
-    fields = response_fields(condensed.condensed, nodes)
-    known, tilt = dict[str, Change](), 0.0
+    increments = [[step.increment for step in steps] for steps in paths]
+    every = [each for own in increments for each in own]
+    nodes = near_nodes(problems[0], every)
+    needed = np.any([needed_dofs(problem, every, nodes) for problem in problems], axis=0)
+    fields = response_fields(condensed.condensed, nodes, needed)
     names, factors = zip(*(_parameter_of(design, latent) for latent in latents), strict=True)
+    level = _scene_of(design, phases[0], lean_deg)
+    changes = changes_of(design, condensed, parameters_of(design, level, names))
+    report("sensitivities: every phase")
+    none = np.zeros((fields.contact, 0))
+    rates, _ = rates_under(fields, changes, contact_forces(fields, every), (none, none))
     moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
-    for phase, problem, steps in zip(phases, problems, paths, strict=True):
-        # The surface's tilt is the phase's own; all else changes every phase alike.
-        if phase.tilt_deg != tilt:
-            known.pop(_TILT, None)
-            tilt = phase.tilt_deg
-        new = tuple(name for name in names if name not in known)
-        scene = _scene_of(design, phase, lean_deg)
-        if new:
-            changes = changes_of(design, condensed, parameters_of(design, scene, new))
-            known |= {change.name: change for change in changes}
-        own = [known[name] for name in names]
-        rates = IncrementRates(problem, fields, own, [s.increment for s in steps])
-        slopes = _slopes(rates, design, len(steps), factors)
+    begin, tilt = 0, phases[0].tilt_deg
+    for phase, problem, steps, own in zip(phases, problems, paths, increments, strict=True):
+        # The surface's tilt is the phase's own, and changes no part of the body.
+        if phase.tilt_deg != tilt and _TILT in names:
+            leaned = parameters_of(design, _scene_of(design, phase, lean_deg), (_TILT,))
+            changes[names.index(_TILT)] = changes_of(design, condensed, leaned)[0]
+        tilt, some = phase.tilt_deg, slice(begin, begin + len(own))
+        found = IncrementRates(problem, fields, changes, own, rates=rates[..., some])
+        begin += len(own)
+        slopes = _slopes(found, design, len(steps), factors)
         moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
-        report(f"sensitivities: {len(moved)} of {len(phases)} phases")
     return [
         bench_curves(
             [_shifted(*each, k, side * _SHARE * latent.step) for each in moved],
