@@ -175,7 +175,7 @@ def rates_under(
 class IncrementRates:
     """Rates of a path's increments with all parameters; fields: of the nodes that touch.
 
-    steps: rows whose stick ratios are wanted; rates: of :func:`rates_under` where they are known;
+    steps: rows whose stick ratios are wanted; rates: of :func:`rates_under`, where they are known;
     path: of the contact; explicit (K, n, dim, P): of
     local displacements under fixed forces; readings (P, K, 2 plates): of strains under them;
     frames (n, dim, dim, P).
