@@ -101,18 +101,21 @@ class FingerCurves:
         radius = np.interp(self.approach, model.approach, model.turn_radius)
         return replace(self, turn_radius=radius)
 
-    def at(self, normal_force: float) -> tuple[Array, Array]:
-        """``pressed`` and ``sticking`` (g,) at a force; past either end the nearest."""
+    def pressed_at(self, normal_force: float) -> Array:
+        """``pressed`` (g,) at a force; past either end the nearest."""
+        return self._between(self.pressed, normal_force)
+
+    def sticking_at(self, normal_force: float) -> Array:
+        """``sticking`` (g,) at a force; past either end the nearest."""
+        return self._between(self.sticking, normal_force)
+
+    def _between(self, values: Array, normal_force: float) -> Array:
         force = self.normal_force
         now = min(max(normal_force, float(force[0])), float(force[-1]))
         k = min(max(int(force.searchsorted(now)) - 1, 0), len(force) - 2)
         share = (now - force[k]) / (force[k + 1] - force[k])
-
-        def between(values: Array) -> Array:
-            low: Array = values[k]
-            return np.asarray(low + share * (values[k + 1] - low))
-
-        return between(self.pressed), between(self.sticking)
+        low: Array = values[k]
+        return np.asarray(low + share * (values[k + 1] - low))
 
     def expected(
         self, normal_force: float, dx: float, dy: float, arm: float = 0.0
@@ -173,9 +176,12 @@ def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> A
 
 def _dead(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
     """Which gages (g,) have answered to nothing since a moment at which they should have."""
-    readings = np.array([each.sample.readings for each in history])
     nothing = _NOTHING + _LOUDEST * noise
-    dead = np.zeros(readings.shape[1], dtype=bool)
+    dead = np.zeros(len(history[-1].sample.readings), dtype=bool)
+    lately = np.array([each.sample.readings for each in history[-SILENT:]])
+    if len(lately) < SILENT or not (np.abs(lately) < nothing).all(axis=0).any():
+        return dead  # Each has answered: the past need not be searched.
+    readings = np.array([each.sample.readings for each in history])
     answers = ~(np.abs(readings) < nothing)
     # Samples since each gage's last answer.
     silent = np.where(answers.any(axis=0), answers[::-1].argmax(axis=0), len(readings))
@@ -195,6 +201,8 @@ def _ratio(sample: Sample) -> float:
 def _arm(history: Sequence[Moment]) -> float:
     """The arm of the object's weight, mm: torque over F_t; 0 of a cell without torque."""
     samples = [each.sample for each in history]
+    if all(each.torque is None for each in samples):
+        return 0.0
     force = np.array([each.tangential_force for each in samples])
     torque = np.array([each.torque or 0.0 for each in samples])
     return float(torque @ force) / (float(force @ force) + _ARM_FORCE**2)
@@ -203,8 +211,8 @@ def _arm(history: Sequence[Moment]) -> float:
 def _scale(curves: FingerCurves, pressed: float) -> tuple[float, Array]:
     """The strongest gage's response to a shear where all sticks, microstrain/N, and the readings
     under a normal force alone."""
-    alone, sticking = curves.at(pressed)
-    return max(float(np.abs(sticking).max()), _LEAST_RESPONSE), alone
+    strongest = float(np.abs(curves.sticking_at(pressed)).max())
+    return max(strongest, _LEAST_RESPONSE), curves.pressed_at(pressed)
 
 
 def _before_pull(history: Sequence[Moment]) -> int:
@@ -229,7 +237,7 @@ def _changes(
     size = abs(pull) + _NORMAL_SHARE * abs(rise) + _LEAST_CHANGE
     pressed = max(now.normal_force, LEAST_FORCE)
     change = now.readings - before.readings
-    change = change - (alone - curves.at(before.normal_force)[0])
+    change = change - (alone - curves.pressed_at(before.normal_force))
     forces = [
         rise / size,
         pull / size,
