@@ -122,10 +122,12 @@ def _takes_gage(design: Design, values: Values) -> bool:
     """True where a design with other values has a mold, and a gage on offer fits its plates."""
     try:
         changed = with_values(design, dict(values))
+        if list(_gage(changed, gage_fit(changed), search=False)):
+            return False
         plan_mold(changed)
     except DesignError:
         return False
-    return not list(_gage(changed, gage_fit(changed), search=False))
+    return True
 
 
 def _lines(values: Values) -> list[str]:
