@@ -379,11 +379,8 @@ def test_trials_are_fewer_where_they_need_tetrahedra():
 # The swept mesh, coarse, and one friction: what the search finds is tested above.
 COARSE = """[mesh]
 mesher = "sweep"
-layers = 2
-[mesh.section]
-contact_size_mm = 0.2
-plate_size_mm = 0.3
-plate_end_size_mm = 0.15
+layers = 3
+section = { contact_size_mm = 0.1, plate_size_mm = 0.15, plate_end_size_mm = 0.05 }
 """
 
 
