@@ -409,16 +409,19 @@ def test_a_lifted_object_is_held_and_a_tug_is_answered():
 def test_on_a_rig_what_it_measured_is_taken_for_what_it_was_taught():
     """Gains of 2 on the gages: pressed alone, the finger feels as it did where it was taught."""
     normal = NormalCalibration(np.array([0.0, 0.5, 2.0]), 2.0 * CURVES.pressed[[0, 0, 2]])
-    normal.readings[1] = CURVES.at(0.5)[0] * 2.0
+    normal.readings[1] = CURVES.pressed_at(0.5) * 2.0
     sticking = NormalCalibration(np.array([0.5, 1.0]), np.full((2, GAGES), 10.0))
     measured = sticking, np.full(2, 10.0), np.array([0.0, 0.015, 0.06])
     calibration = Calibration(np.arange(3.0), normal, np.ones(GAGES), 10.0, *measured)
     rig = estimator().on_rig(calibration)
     pressed = [moment(0.5, 0.0, readings=[1.0, 2.0, 3.0]), moment(2.0, 0.0, readings=[4, 8, 12])]
-    taught = [moment(0.5, 0.0, readings=CURVES.at(0.5)[0]), moment(2.0, 0.0, readings=[2, 4, 6])]
+    taught = [
+        moment(0.5, 0.0, readings=CURVES.pressed_at(0.5)),
+        moment(2.0, 0.0, readings=[2, 4, 6]),
+    ]
     expected = features(taught, CURVES, 0.5)
     assert features(pressed, rig.curves, 0.5) == pytest.approx(expected, abs=1e-12)
-    np.testing.assert_allclose(rig.curves.at(1.3)[1], CURVES.at(1.3)[1])
+    np.testing.assert_allclose(rig.curves.sticking_at(1.3), CURVES.sticking_at(1.3))
 
 
 def test_a_noisy_force_cell_never_stops_the_closing():
