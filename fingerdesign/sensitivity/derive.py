@@ -175,10 +175,10 @@ def rates_under(
 class IncrementRates:
     """Rates of a path's increments with all parameters; fields: of the nodes that touch.
 
-    steps: rows whose stick ratios are wanted; rates: of :func:`rates_under`, where they are known;
-    path: of the contact; explicit (K, n, dim, P): of
-    local displacements under fixed forces; readings (P, K, 2 plates): of strains under them;
-    frames (n, dim, dim, P).
+    steps: rows whose stick ratios are wanted; under: what :func:`rates_under` gives for the forces
+    of these increments, where it is known; path: of the contact; explicit (K, n, dim, P): of local
+    displacements under fixed forces; readings (P, K, 2 plates): of strains under them; frames (n,
+    dim, dim, P).
     """
 
     def __init__(
@@ -188,7 +188,7 @@ class IncrementRates:
         changes: Sequence[Change],
         increments: Sequence[Increment],
         steps: Sequence[Step] = (),
-        rates: Array | None = None,
+        under: tuple[Array, Array] | None = None,
     ) -> None:
         self._problem, self._fields, self._increments = problem, fields, increments
         self._changes, self._steps = changes, steps
@@ -196,14 +196,15 @@ class IncrementRates:
         count, dim, size, past = len(nodes), problem.shape[1], len(changes), len(increments)
         force = contact_forces(fields, increments)
         self._pairs = border_pairs(problem, steps, nodes)
-        if rates is None:
-            rates, self._between = rates_under(fields, changes, force, self._along_normals())
+        if under is None:
+            under = rates_under(fields, changes, force, self._along_normals())
+        rates, self._between = under
         free = ~problem.model.locked[nodes].reshape(-1)  # on the mirror plane z does not yield
         moved = rates[:, : fields.contact] * free[:, None]
         moved = moved.reshape(size, count, dim, past)
         self.readings = rates[:, fields.contact :].transpose(0, 2, 1).copy()
         self.explicit = np.einsum("nab,pnbk->knap", problem.frames[nodes], moved)
-        del rates, moved  # as large as what stays
+        del rates, under, moved  # as large as what stays
         self._compliance = fields.values[: fields.contact, : fields.contact]
         self.frames = np.zeros((count, dim, dim, size))
         amplitudes = np.array([increment.motion.amplitudes for increment in increments])

@@ -154,19 +154,22 @@ def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
 
 def test_sensitivities_are_differences_of_the_models_own_curves(design):
     """A wrong one hardly spoils a fit, which corrects it, but its stated deviations."""
-    model = BenchModel(design, protocol(design, ())[:3])
+    plan = protocol(design, (2.0,))
+    model = BenchModel(design, (*plan[:3], plan[-1]))  # pressed, sheared twice, pressed at a tilt
     latents = [Latent("x", 2), Latent("angle", 1), Latent("modulus")]
-    found = sensitivities.sensitivities(model, latents, 0.0, lambda message: None)
+    found = sensitivities.sensitivities(model, latents, 0.5, lambda message: None)
     for latent, slope in zip(latents, found, strict=True):
         low, high = (
-            model.curves(with_latents(design, [latent], np.array([side * latent.step])))
+            model.curves(with_latents(design, [latent], np.array([side * latent.step])), 0.5)
             for side in (-1.0, 1.0)
         )
-        for name in ("readings", "normal_force"):
-            ways = [getattr(each.calibration.normal, name) for each in (low, high)]
-            own = (ways[1] - ways[0]) / (2.0 * latent.step)
-            ways = [getattr(each.calibration.normal, name) for each in (slope.low, slope.high)]
-            derived = (ways[1] - ways[0]) / slope.apart
+        for take in (
+            lambda each: each.calibration.normal.readings,
+            lambda each: each.calibration.normal.normal_force,
+            lambda each: each.tilted[0][1].readings,
+        ):
+            own = (take(high) - take(low)) / (2.0 * latent.step)
+            derived = (take(slope.high) - take(slope.low)) / slope.apart
             assert derived == pytest.approx(own, abs=0.05 * np.abs(own).max())
 
 

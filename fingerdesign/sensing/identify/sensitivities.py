@@ -122,14 +122,15 @@ def _differences(
     increments = [[step.increment for step in steps] for steps in paths]
     every = [each for own in increments for each in own]
     nodes = near_nodes(problems[0], every)
+    # What touches in one phase and what is normal to the surface of another.
     needed = np.any([needed_dofs(problem, every, nodes) for problem in problems], axis=0)
     fields = response_fields(condensed.condensed, nodes, needed)
     names, factors = zip(*(_parameter_of(design, latent) for latent in latents), strict=True)
     level = _scene_of(design, phases[0], lean_deg)
     changes = changes_of(design, condensed, parameters_of(design, level, names))
-    report("sensitivities: every phase")
+    report("sensitivities: rates of the model")
     none = np.zeros((fields.contact, 0))
-    rates, _ = rates_under(fields, changes, contact_forces(fields, every), (none, none))
+    rates, between = rates_under(fields, changes, contact_forces(fields, every), (none, none))
     moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
     begin, tilt = 0, phases[0].tilt_deg
     for phase, problem, steps, own in zip(phases, problems, paths, increments, strict=True):
@@ -138,7 +139,7 @@ def _differences(
             leaned = parameters_of(design, _scene_of(design, phase, lean_deg), (_TILT,))
             changes[names.index(_TILT)] = changes_of(design, condensed, leaned)[0]
         tilt, some = phase.tilt_deg, slice(begin, begin + len(own))
-        found = IncrementRates(problem, fields, changes, own, rates=rates[..., some])
+        found = IncrementRates(problem, fields, changes, own, under=(rates[..., some], between))
         begin += len(own)
         slopes = _slopes(found, design, len(steps), factors)
         moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
