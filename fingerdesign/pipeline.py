@@ -24,7 +24,14 @@ from fingerdesign.analysis.measurable import Sections, measurability, start_sect
 from fingerdesign.analysis.mesh_error import Second, mesh_error, start_second
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.path_error import path_error
-from fingerdesign.analysis.stages import condense, make_mesh, one_thread, run_grips, slip_studies
+from fingerdesign.analysis.stages import (
+    condense,
+    make_mesh,
+    one_thread,
+    rig_of,
+    run_grips,
+    slip_studies,
+)
 from fingerdesign.analysis.work import Followed, Lifted, Work
 from fingerdesign.checks.load import load_design
 from fingerdesign.contact.increment import ZoneExhausted
@@ -117,7 +124,7 @@ def lift(work: Work, followed: Followed, sections: Sections | None, second: Seco
         states = thread.submit(states_seen, case, scene, array, followed.steps)
         error = thread.submit(mesh_error, second, followed, scene)
         work.report("gripping" if case.runs_grips else "reading the gages")
-        grips = run_grips(case, followed.chosen.zone, scene, array)
+        grips = run_grips(case, rig_of(case, followed.chosen.zone, scene, array))
         measurable = measurability(case.design, states.result(), sections)
     return Lifted(studies.result(), grips, measurable, error.result())
 

@@ -21,6 +21,7 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.solver.kernel import kernel
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.episode import run_episodes
+from fingerdesign.control.plants.rig import Rig
 from fingerdesign.design.grip import FORCE_NOISE_N, weight_per_finger
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -117,9 +118,14 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     return tuple(study(problem, rows, gages.face, frictions, _PIECES, gages.area_share, noise))
 
 
-def run_grips(
-    case: Case, zone: Zone, scene: Scene, array: ContactProblem
-) -> list[tuple[GripResult, GripTrace]]:
+def rig_of(case: Case, zone: Zone, scene: Scene, array: ContactProblem) -> Rig:
+    """The rig of a case's grips."""
+    opposite = case.runs_grips and case.design.grip.opposite == "bare"
+    bare = _bare_opposite(case, zone, scene) if opposite else None
+    return Rig.of(array, case.design, case.gage_array, bare)
+
+
+def run_grips(case: Case, rig: Rig) -> list[tuple[GripResult, GripTrace]]:
     """A grip of each mass at each friction of ``[grip]``, where the case runs them, lightest first.
 
     Of a range the ends are lifted. Only where both pass their verdicts the middle can change these,
@@ -128,19 +134,10 @@ def run_grips(
     if not case.runs_grips:
         return []
     grip = case.design.grip
-    bare = _bare_opposite(case, zone, scene) if grip.opposite == "bare" else None
 
     def lift(mass_g: float) -> list[tuple[GripResult, GripTrace]]:
-        episodes = run_episodes(
-            array,
-            case.design,
-            frictions_of(case, array, mass_g),
-            mass_g,
-            case.gage_array,
-            bare,
-            case.estimator,
-            without_rule=case.for_page,
-        )
+        frictions = frictions_of(case, rig.problem, mass_g)
+        episodes = run_episodes(rig, frictions, mass_g, case.estimator, case.for_page)
         return [(episode.result, episode.trace) for episode in episodes]
 
     found = [each for mass in grip.masses_g for each in lift(mass)]

@@ -10,7 +10,6 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.increment import ZoneExhausted
-from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.turning import MOST_TURN_DEG
 from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
@@ -35,7 +34,6 @@ from fingerdesign.records.result import MOST_FORCE, GripEnding, GripResult
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
-    from fingerdesign.design.schema import Design
 
 # The arm raises a lifted object by so much a step, mm: else a tug at an object that barely hangs
 # would only set it down.
@@ -273,33 +271,28 @@ def judged_warnings(episode: Episode, grip: Grip) -> GripResult:
 
 
 def run_episodes(
-    problem: ContactProblem,
-    design: Design,
+    rig: Rig,
     friction_coefficients: Iterable[float],
     object_mass_g: float,
-    plates: Sequence[int] | None = None,
-    opposite: ContactProblem | None = None,
     estimator: GripEstimator | None = None,
     without_rule: bool = True,
 ) -> list[Episode]:
-    """One grip per friction coefficient by the design's ``[grip]`` table, one calibration for all.
+    """One grip per friction coefficient by the rig's ``[grip]`` table, one calibration for all.
 
     The table sets plant, hardware and controller; the oracles are given the friction and the mass.
     A grip by the paper's rule is run a second time with the rule off, where ``without_rule`` asks
-    for it: ``slips_without_rule`` and ``trace.without_rule``. plates: numbers of those whose gages
-    the problem's model has, None for all; opposite: the other finger of a lift, None for a mirror
-    image; estimator: the regulator's, which is given the noise of the table's hardware. A problem
-    of another law than Coulomb's keeps its law: the coefficient is then for oracle and judge alone
-    (contact/gross_slip.py). Raises SolverError where the calibration itself fails.
+    for it: ``slips_without_rule`` and ``trace.without_rule``. estimator: the regulator's, which is
+    given the noise of the table's hardware. A problem of another law than Coulomb's keeps its law:
+    the coefficient is then for oracle and judge alone (contact/gross_slip.py). Raises SolverError
+    where the calibration itself fails.
     """
-    grip = design.rig
-    rig = Rig(problem, design.gages.face, grip, plates, opposite)
+    grip = rig.grip
     bounds = Bounds.of(grip)
     calibration = rig.calibration()
     if estimator is not None and grip.hardware.gage_noise_microstrain > 0.0:
         estimator = estimator.at_noise(grip.hardware.gage_noise_microstrain)
 
-    law = problem.law.name
+    law = rig.problem.law.name
 
     def run(plant: Plant, friction: float, hand: Controller) -> Episode:
         after = grip.hold_steps

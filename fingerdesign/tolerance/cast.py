@@ -21,6 +21,7 @@ from fingerdesign.analysis.stages import (
     in_wide_zone,
     make_mesh,
     one_thread,
+    rig_of,
     run_grips,
     zone_of,
 )
@@ -131,7 +132,7 @@ def cast_finger(case: Case, scene: Scene, sources: Sequence[Source], number: int
         array = problem_at_touch(model.with_gages(own.gage_array), met.object, design.body)
         with one_thread():
             steps = follow_path(problem, scene, design)
-            lifts = [each for each, _ in run_grips(own, zone, met, array)]
+            lifts = [each for each, _ in run_grips(own, rig_of(own, zone, met, array))]
         margins = tuple(float(each.success and (each.safety_margin or 0.0)) for each in lifts)
         return CastFinger(readings_of(steps, design.gages.face), margins)
 

@@ -10,6 +10,7 @@ from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactState
 from fingerdesign.control.episode import run_episodes
+from fingerdesign.control.plants.rig import Rig
 from fingerdesign.sensing.model import grip_problem
 
 APPROACH_OFF, WIDTH_OFF = 1.5, 1.25  # factors that the forecasts keep on straight fingers
@@ -126,7 +127,7 @@ def test_check_tells_the_lifts(terminal, tmp_path):
 def test_the_soft_dome_lifts_by_defaults(mass_g, values, carried):
     design = with_values(soft_dome(mass_g), values)
     problem = grip_problem(design, "plane-strain")
-    found = run_episodes(problem, design, design.grip.friction_coefficients, mass_g)
+    found = run_episodes(Rig.of(problem, design), design.grip.friction_coefficients, mass_g)
     lifted = [each.result for each in found if each.result.lifted and not each.result.gross_slip]
     assert tuple(each.friction_coefficient for each in lifted) == carried
     beforehand = {each.friction_coefficient: each.remedies for each in lifts(design)}

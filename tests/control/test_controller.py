@@ -126,7 +126,7 @@ def test_gages_out_of_order_change_nothing():
 
 def test_replayed_arrays_give_the_same_commands(half_plane, design):
     """The trace's plain arrays are all that the controller had."""
-    episode = run_episodes(half_plane, design, [0.3], 500.0)[0]
+    episode = run_episodes(Rig.of(half_plane, design), [0.3], 500.0)[0]
     trace, grip = episode.trace, design.grip
     assert episode.result.holds > 0
     calibration = Rig(half_plane, "both", grip).calibration()

@@ -15,6 +15,7 @@ from fingerdesign.control.plants.plant import (
     press,
     safety_margin,
 )
+from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.roster import Command
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import weight_per_finger
@@ -160,7 +161,7 @@ def test_calibration_refuses_what_cannot_feel(half_plane):
 
 def test_the_rule_on_the_half_plane(half_plane, design):
     """Nothing was tuned on this finger: no complete slip, and without the rule there is."""
-    for episode in run_episodes(half_plane, design, (0.2, 0.3, 0.5, 0.8), MASS):
+    for episode in run_episodes(Rig.of(half_plane, design), (0.2, 0.3, 0.5, 0.8), MASS):
         result, trace = episode.result, episode.trace
         assert (result.lifted, result.gross_slip) == (True, False), episode.result.ending
         assert 1.0 < result.safety_margin < 3.5

@@ -12,6 +12,7 @@ import pytest
 from fingerdesign import parse_design, with_values
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control.episode import run_episodes
+from fingerdesign.control.plants.rig import Rig
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.bodies import crest_height
@@ -32,7 +33,7 @@ def design():
 def episodes(design):
     model = build_model(design, mesh_section(design, ZONE), ZONE).reduced
     problem = contact_problem(model, Plane(crest_height(design.body)), 0.5)
-    found = run_episodes(problem, design, FRICTIONS, MASS)
+    found = run_episodes(Rig.of(problem, design), FRICTIONS, MASS)
     return {episode.result.friction_coefficient: episode for episode in found}
 
 

@@ -79,7 +79,7 @@ def test_every_controller_has_forces_without_cross_talk(half_plane, design):
     paths = []
     for cross_talk in (0.0, 0.05):
         keys = {"grip.controller": "fixed_ratio", "grip.hardware.force_cross_talk": cross_talk}
-        (episode,) = run_episodes(half_plane, with_values(design, keys), [0.5], MASS)
+        (episode,) = run_episodes(Rig.of(half_plane, with_values(design, keys)), [0.5], MASS)
         paths.append(episode.trace)
     assert paths[0].dx == pytest.approx(paths[1].dx, rel=1e-6)
 
@@ -103,7 +103,7 @@ def test_what_slides_has_the_kinetic_share_of_its_friction(half_plane, design, p
 
 
 def test_a_lifted_object_is_held_on_at_its_weight(half_plane, design, tmp_path):
-    (episode,) = run_episodes(half_plane, lifting(design), [0.4], MASS)
+    (episode,) = run_episodes(Rig.of(half_plane, lifting(design)), [0.4], MASS)
     result, trace = episode.result, episode.trace
     assert (result.lifted, result.gross_slip) == (True, False), episode.result.ending
     after = trace.tangential_force[trace.lift_step :]
@@ -132,7 +132,7 @@ def weighs(mass):
 
 @pytest.mark.parametrize(("values", "dropped"), [(TUG, 10), (weighs(3e3), 5), (weighs(310.0), 0)])
 def test_a_tug_and_a_change_of_weight_are_carried_or_not(half_plane, design, values, dropped):
-    (episode,) = run_episodes(half_plane, lifting(design, **values), [0.4], MASS)
+    (episode,) = run_episodes(Rig.of(half_plane, lifting(design, **values)), [0.4], MASS)
     result, trace = episode.result, episode.trace
     assert (result.lifted, result.gross_slip) == (True, bool(dropped))
     assert len(trace.dx) == trace.lift_step + 1 + (dropped or 20)
@@ -147,7 +147,7 @@ def test_noise_is_the_seeds_and_the_same_for_the_comparison(half_plane, design):
 
     def readings(seed):
         own = with_values(design, {**noisy, "grip.seed": seed})
-        (episode,) = run_episodes(half_plane, own, [0.4], MASS)
+        (episode,) = run_episodes(Rig.of(half_plane, own), [0.4], MASS)
         return episode.trace.gage_readings, episode.trace.without_rule.gage_readings
 
     first, again, other = readings(1), readings(1), readings(2)
@@ -325,7 +325,7 @@ def test_an_estimator_in_a_grip_is_that_of_the_hardwares_noise(half_plane, desig
 
     for noise in (0.0, 0.7):
         keys = {"grip.hardware.gage_noise_microstrain": noise, "grip.controller": "fixed_force"}
-        run_episodes(half_plane, with_values(design, keys), [], MASS, estimator=Recorder())
+        run_episodes(Rig.of(half_plane, with_values(design, keys)), [], MASS, estimator=Recorder())
     assert noises == [0.7]
 
 
@@ -433,7 +433,7 @@ def test_a_weight_that_grows_is_carried_caught_or_dropped(
             "grip.fixed_force.force_N": 4.5,
         },
     )
-    (episode,) = run_episodes(half_plane, found, [0.6], MASS)
+    (episode,) = run_episodes(Rig.of(half_plane, found), [0.6], MASS)
     result = episode.result
     assert result.lifted
     assert (result.caught, result.gross_slip) == (caught, caught is not None)

@@ -12,6 +12,7 @@ from fingerdesign.contact.turning import turning
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.lift import LiftPlant, Timed
 from fingerdesign.control.plants.plant import press, safety_margin
+from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.plants.slide import Inertia
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError
@@ -212,7 +213,7 @@ def test_an_oracle_holds_an_object_off_the_middle_on_a_real_finger(coarse):
     `bench suite` has film_tees."""
     design, problem = coarse
     assert problem.model.symmetry_factor == 1
-    (episode,) = run_episodes(problem, design, [0.8], 100.0)
+    (episode,) = run_episodes(Rig.of(problem, design), [0.8], 100.0)
     result = episode.result
     assert (result.lifted, result.gross_slip) == (True, False)
     assert result.safety_margin == pytest.approx(1.2, rel=0.03)

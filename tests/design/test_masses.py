@@ -80,7 +80,7 @@ def lifted(monkeypatch, outcomes):
     """Masses that are lifted, where grips of a mass end with a margin of ``outcomes``."""
     tried = []
 
-    def episodes(problem, design, frictions, mass_g, *more, **options):
+    def episodes(rig, frictions, mass_g, *more):
         tried.append(mass_g)
         ratio = outcomes.get(mass_g, 1.5)
         found = grip(ratio, object_mass_g=mass_g, safety_margin=ratio)
@@ -91,12 +91,13 @@ def lifted(monkeypatch, outcomes):
     case = SimpleNamespace(
         design=design,
         runs_grips=True,
-        gage_array=(0, 1),
         estimator=None,
         for_page=True,
         surface=None,
     )
-    return [g.object_mass_g for g, _ in stages.run_grips(case, None, None, None)], tried
+    return [
+        g.object_mass_g for g, _ in stages.run_grips(case, SimpleNamespace(problem=None))
+    ], tried
 
 
 def test_the_middle_is_lifted_only_where_it_decides(monkeypatch):

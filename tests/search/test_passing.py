@@ -238,6 +238,21 @@ def test_hand_that_passes_with_its_own_steps_alone_is_not_taken_where_another_is
     assert counts[-1] <= MOST_HANDS + BATCH
 
 
+def test_a_hand_that_the_widest_steps_rule_out_is_tried_with_no_others():
+    """All hands are short by 1 with the widest steps: only the first is tried with the others."""
+    design, factors = load_design("maeno2000"), []
+    own = design.grip.approach_step_mm
+
+    def judge(designs):
+        factors.extend(each.grip.approach_step_mm / own for each in designs)
+        return [outcome(each, float(each.grip.approach_step_mm != own)) for each in designs]
+
+    hand = hand_of(design, judge, lambda count: None)
+    assert (hand.shortfall, hand.stepped) == (0.0, 1.0)
+    wide, narrow = (sum(map(pytest.approx(by).__eq__, factors)) for by in (1.05, 1.025))
+    assert narrow == 1 < wide
+
+
 @pytest.mark.parametrize("keep", ["grip", "grip.curve_per_N"])
 def test_keys_of_the_hand_that_are_to_stay_do_stay(keep):
     design, tried = load_design("maeno2000"), []
@@ -251,7 +266,7 @@ def test_keys_of_the_hand_that_are_to_stay_do_stay(keep):
     hand_of(design, judge, lambda count: None, allows)
     assert {each.grip.curve_per_N for each in tried} == {design.grip.curve_per_N}
     # A hand that is to stay is tried once, and with other steps.
-    assert (len(tried) == 1 + len(STEP_FACTORS)) == (keep == "grip")
+    assert (len(tried) == 1 + sum(map(len, STEP_FACTORS))) == (keep == "grip")
 
 
 class Bench:

@@ -7,7 +7,8 @@ goes around either, and around the bench on which the same rig is calibrated, at
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.design.grip import Grip
 from fingerdesign.runtime.streams import stream
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
 
 
 def calibrated(
@@ -46,7 +50,8 @@ class Rig:
 
     face: which face the gages read. plates: numbers of the plates whose gages are read, in the
     order of the model's gages; None for all. opposite: the other finger's problem in a lift, at any
-    friction; None for a mirror image.
+    friction; None for a mirror image. calibrations: those made before, shared with the rigs of
+    :meth:`with_grip`.
     """
 
     problem: ContactProblem
@@ -54,13 +59,34 @@ class Rig:
     grip: Grip
     plates: Sequence[int] | None = None
     opposite: ContactProblem | None = None
+    calibrations: dict[tuple[object, ...], Calibration] = field(default_factory=dict, compare=False)
+
+    @classmethod
+    def of(
+        cls,
+        problem: ContactProblem,
+        design: Design,
+        plates: Sequence[int] | None = None,
+        opposite: ContactProblem | None = None,
+    ) -> Self:
+        """The rig of a design's finger."""
+        return cls(problem, design.gages.face, design.rig, plates, opposite)
+
+    def with_grip(self, grip: Grip) -> Self:
+        """The same finger with another table of grips."""
+        return replace(self, grip=grip)
 
     def calibration(self) -> Calibration:
         """The bench moves, at rest at each point. Raises SolverError where nothing is measured."""
-        bench = self.problem.with_friction(self.grip.bench_friction_coefficient)
-        rng = stream(self.grip.seed, "noise on the bench")
-        bounds = Bounds.of(self.grip)
-        return calibrated(bench, self.face, self.grip.hardware, rng, bounds, self.plates)
+        grip = self.grip
+        friction, bounds = grip.bench_friction_coefficient, Bounds.of(grip)
+        known = (friction, bounds, grip.hardware, grip.seed)
+        if known not in self.calibrations:
+            bench = self.problem.with_friction(friction)
+            rng = stream(grip.seed, "noise on the bench")
+            found = calibrated(bench, self.face, grip.hardware, rng, bounds, self.plates)
+            self.calibrations[known] = found
+        return self.calibrations[known]
 
     def plant(self, friction_coefficient: float, object_mass_g: float, number: int = 0) -> Plant:
         """A fresh plant; grips of the same ``number`` meet the same noise.

@@ -24,9 +24,9 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.passing.space import PASSING
+from fingerdesign.search.run.hand import RULE, STEPS
 from fingerdesign.trials.tuning import ranges_of
 
-RULE = "paper"  # The controller that is tuned.
 MOST_HANDS, BATCH = 40, 4  # Hands tried for a finger, and how many at once.
 # A hand near another: standard deviations of the logarithm, one drawn for each hand, and the share
 # of values that change. For film_tees such a search found in 10 hands what 20 of a box did not.
@@ -36,8 +36,10 @@ _PRESS = 2.0  # The travel presses with this times the least force at the lowest
 _STEPS = 75  # Control steps from the first contact to the end of the travel.
 _SHEAR = 7.5  # A tangential step over a normal one.
 _FORCES = ("grip.force_floor_N", "grip.hold_force_N")
-# Another mesh, or another stiffness, moves samples by as much.
-STEP_FACTORS = (0.95, 0.975, 1.025, 1.05)
+# Another mesh, or another stiffness, moves samples by as much. The widest pair comes first: it
+# fails most often.
+WIDEST_STEPS = 1.05
+STEP_FACTORS = ((0.95, WIDEST_STEPS), (0.975, 1.025))
 _NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
 
 Values = dict[str, float]
@@ -130,8 +132,9 @@ def hand_of(
         shortfalls = _judged(design, new, judge)
         hands = [Hand(v, found) for v, found in zip(new, shortfalls, strict=True)]
         for hand in sorted(hands, key=lambda each: each.shortfall):
-            if hand.shortfall < min((each.worst for each in tried), default=math.inf):
-                hand = replace(hand, stepped=_stepped_shortfall(design, hand, judge))
+            least = min((each.worst for each in tried), default=math.inf)
+            if hand.shortfall < least:
+                hand = replace(hand, stepped=_stepped_shortfall(design, hand, judge, least))
             tried.append(hand)
         report(len(tried))
         # Of hands of which none has an answer with all steps, the best with its own.
@@ -162,18 +165,19 @@ def _judged(design: Design, hands: Sequence[Values], judge: Judge) -> list[float
     return [math.inf if each is None else each for each in found]
 
 
-def _stepped_shortfall(design: Design, hand: Hand, judge: Judge) -> float:
-    """The largest shortfall of a hand with shorter and longer steps."""
-    grip = design.grip
-    hands = [
-        {
-            **hand.values,
-            "grip.approach_step_mm": factor * grip.approach_step_mm,
-            "grip.shear_step_mm": factor * grip.shear_step_mm,
-        }
-        for factor in STEP_FACTORS
-    ]
-    return max(_judged(design, hands, judge))
+def _stepped_shortfall(design: Design, hand: Hand, judge: Judge, enough: float) -> float:
+    """The largest shortfall of a hand with shorter and longer steps; where those of the first pair
+    are short by ``enough``, no other is tried."""
+    worst = 0.0
+    for factors in STEP_FACTORS:
+        hands = [
+            {**hand.values, **{key: by * float(attrgetter(key)(design)) for key in STEPS}}
+            for by in factors
+        ]
+        worst = max(worst, *_judged(design, hands, judge))
+        if worst >= enough:
+            break
+    return worst
 
 
 def between(design: Design) -> Design:

@@ -16,7 +16,7 @@ from fingerdesign.report import style
 from fingerdesign.report.page import Item, Page, Section, Text, page_html
 from fingerdesign.report.table import Table, value_text
 from fingerdesign.search.passing.front import GOALS, pair_of
-from fingerdesign.search.passing.hands import STEP_FACTORS
+from fingerdesign.search.passing.hands import WIDEST_STEPS
 from fingerdesign.search.passing.passing import Found
 from fingerdesign.search.passing.space import changes_between
 from fingerdesign.search.study.metrics import METRICS
@@ -165,7 +165,7 @@ def _tables(found: Found) -> Sequence[Item]:
         "rank correlation",
         "stick change",
         "hand lacks",
-        f"with steps ±{100.0 * (max(STEP_FACTORS) - 1.0):.0f} %",
+        f"with steps ±{100.0 * (WIDEST_STEPS - 1.0):.0f} %",
         "verdicts on its own mesh",
     )
     hands = Table("hands", "Fingers with a hand", columns, rows, frozenset({0, 5}))

@@ -34,7 +34,7 @@ from fingerdesign.search.passing.front import Front, front_of
 from fingerdesign.search.passing.hands import (
     MOST_HANDS,
     NO_HAND,
-    STEP_FACTORS,
+    WIDEST_STEPS,
     Hand,
     hand_of,
     with_travel,
@@ -135,7 +135,7 @@ class Found:
         """A sentence of warning on the hand; "" where it is steady."""
         if self.best is None or self.best.hand.steady or self.best.hand.shortfall:
             return ""
-        most = 100.0 * (max(STEP_FACTORS) - 1.0)
+        most = 100.0 * (WIDEST_STEPS - 1.0)
         return (
             f"The hand is sensitive: with steps up to {most:.0f} % shorter or longer, some lift of "
             "this model slips or presses too hard."

@@ -211,11 +211,12 @@ def failed(job: Job, failure: Failure) -> Outcome:
 
 def _analysed(job: Job) -> Outcome:
     from fingerdesign.pipeline import run
+    from fingerdesign.search.run.hand import lifted
 
     # Nameless, since another study's job may be given the outcome: its sentences name no design.
     case = job.case
     case = replace(case, design=_nameless(case.design))
-    analysis = run(case)
+    analysis = lifted(case) if job.part == "hand" else run(case)
     result = analysis.result
     reported, unheard = stick_error_of(case, analysis) if job.part == "all" else (None, ())
     validity = validity_of(case, analysis)
