@@ -329,6 +329,31 @@ def test_search_ends_with_the_first_finger_that_passes(tmp_path, plane_strain):
     assert again.best.design == found.best.design
 
 
+def test_a_dome_takes_the_share_that_suits_the_dome_not_its_arc(tmp_path, plane_strain):
+    """Arcs of it are good with a share of 0.5, the dome itself with 0.4 alone."""
+    space, arcs = space_of(load_design("domed"), Freedom()), Bench()
+
+    def evaluated(plan):
+        found = arcs(plan)
+        for k, job in enumerate(plan):
+            if job.part == "sensing" and job.design.body.shape == "dome":
+                short = {"shortfall": float(job.design.gages.area_share != 0.4)}
+                metrics = found[k].metrics | short | {"best_area_share": 0.4}
+                found[k] = replace(found[k], metrics=metrics)
+        return found
+
+    confirmed = []
+
+    def confirm(design):
+        confirmed.append(design)
+        return judged(plane_strain.result, 2.0)
+
+    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+        found = find_passing(space, Freedom(), trials, evaluated, confirm, 8)
+    assert found.passes
+    assert confirmed[0].gages.area_share == found.best.design.gages.area_share == 0.4
+
+
 def test_hand_that_fails_on_the_own_mesh_is_searched_there(tmp_path, plane_strain):
     results = iter([judged(plane_strain.result, 3.5), judged(plane_strain.result, 2.0)])
     found, bench = searched(tmp_path, lambda design: next(results))

@@ -235,13 +235,18 @@ class _Run:
         return f", {good if self.candidates else f'gages short by {self.best_sensed:.2g}'}"
 
     def _sensed(self, plan: Sequence[Planned]) -> Sequence[Outcome]:
-        """Outcomes of the gages alone, each with the share of the response that suits it best."""
-        jobs = [
-            replace(j, part="sensing", design=self.space.on_arc(j.design))
-            if isinstance(j, Job)
-            else j
-            for j in plan
-        ]
+        """Outcomes of the gages alone."""
+        return self._with_best_share(
+            [
+                replace(j, part="sensing", design=self.space.on_arc(j.design))
+                if isinstance(j, Job)
+                else j
+                for j in plan
+            ]
+        )
+
+    def _with_best_share(self, jobs: Sequence[Planned]) -> list[Outcome]:
+        """Outcomes of jobs, each with the share of the response that suits it best."""
         outcomes = [*self.evaluated(jobs)]
         if not self.freedom.allows(_SHARE):
             return outcomes
@@ -288,7 +293,8 @@ class _Run:
         design = self._design(outcome)
         if self.space.flat_dome:
             self.report("the gages of the dome, on tetrahedra")
-            [outcome] = self.evaluated([_job(design, "sensing", values=outcome.values)])
+            [outcome] = self._with_best_share([_job(design, "sensing", values=outcome.values)])
+            design = self._design(outcome)
         if _shortfall(outcome) > 0.0 and not whole:
             found = Candidate(design, outcome)
             self.candidates.append(found)
