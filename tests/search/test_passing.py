@@ -354,6 +354,31 @@ def test_a_dome_takes_the_share_that_suits_the_dome_not_its_arc(tmp_path, plane_
     assert confirmed[0].gages.area_share == found.best.design.gages.area_share == 0.4
 
 
+def test_a_dome_that_falls_short_everywhere_is_judged_by_its_nearest(tmp_path, plane_strain):
+    """The search gives up after so many domes, then searches a hand for the best one."""
+    space, arcs = space_of(load_design("domed"), Freedom()), Bench()
+    short, confirmed = set(), []
+
+    def evaluated(plan):
+        found = arcs(plan)
+        for k, job in enumerate(plan):
+            if isinstance(job, Job) and job.part == "sensing" and job.design.body.shape == "dome":
+                short.add(job.design.plates.cover_mm)
+                made = found[k].metrics | {"shortfall": job.design.plates.cover_mm}
+                found[k] = replace(found[k], metrics=made)
+        return found
+
+    def confirm(design):
+        confirmed.append(design)
+        return judged(plane_strain.result, 3.5 if len(confirmed) == 1 else 2.0)
+
+    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+        found = find_passing(space, Freedom(), trials, evaluated, confirm, 48)
+    assert len(short) > 1
+    assert confirmed[0].plates.cover_mm == min(short)
+    assert found.passes  # With the hand that was searched again on its own mesh.
+
+
 def test_hand_that_fails_on_the_own_mesh_is_searched_there(tmp_path, plane_strain):
     results = iter([judged(plane_strain.result, 3.5), judged(plane_strain.result, 2.0)])
     found, bench = searched(tmp_path, lambda design: next(results))

@@ -203,25 +203,39 @@ class _Run:
     best_sensed: float = math.inf
 
     def found(self, most: int) -> Found:
+        if not self._passed(most) and not any(each.result for each in self.candidates):
+            self._judge_nearest()
+        return self._ended()
+
+    def _passed(self, most: int) -> bool:
+        """Make trials until a finger passes: True; or until there are ``most``: False."""
         search = Search(study_of(self.space), self.space.base, {FUNDAMENTAL: None})
         for count in [*range(BATCH, most, BATCH), most]:
             self.report(f"trial {count} of {most}{self._best_words()}")
             self.tried = searched(search, self.trials, self._sensed, count, BATCH)
             for outcome in self._promising(0.0):
-                if self._candidate(outcome).passes or self._given_up():
-                    return self._ended()
-        if not any(each.result for each in self.candidates):
-            # None passes with room to spare: the nearest may pass without.
-            gripping = [each for each in self.candidates if math.isfinite(each.hand.shortfall)]
-            if gripping:
-                nearest = min(gripping, key=lambda each: each.hand.order)
-                self.candidates.remove(nearest)
-                self.candidates.append(nearest)
-                self._judge_whole(nearest)
-            else:
-                for outcome in self._promising(math.inf)[:1]:
-                    self._candidate(outcome, whole=True)
-        return self._ended()
+                if self._candidate(outcome).passes:
+                    return True
+                if self._given_up():
+                    return False
+        return False
+
+    def _judge_nearest(self) -> None:
+        """Analyse the nearest finger as a whole: none has room to spare, it may pass without."""
+        gripping = [each for each in self.candidates if math.isfinite(each.hand.shortfall)]
+        sensing = [each for each in self.candidates if each.hand is NO_HAND]
+        if gripping:
+            nearest = min(gripping, key=lambda each: each.hand.order)
+            self.candidates.remove(nearest)
+            self.candidates.append(nearest)
+            self._judge_whole(nearest)
+        elif sensing:
+            nearest = min(sensing, key=lambda each: _shortfall(each.sensed))
+            self.candidates.remove(nearest)
+            self._gripped(nearest.design, nearest.sensed, whole=True)
+        else:
+            for outcome in self._promising(math.inf)[:1]:
+                self._candidate(outcome, whole=True)
 
     def _given_up(self) -> bool:
         """True if further trials could not be judged any more."""
@@ -299,6 +313,11 @@ class _Run:
             found = Candidate(design, outcome)
             self.candidates.append(found)
             return found
+        return self._gripped(design, outcome, whole)
+
+    def _gripped(self, design: Design, outcome: Outcome, whole: bool) -> Candidate:
+        """Search a hand; analyse the finger as a whole where the hand is good enough, or in any
+        case."""
         design = with_travel(design, outcome, self.freedom.allows)
         found = self._with_hand(design, outcome, own_mesh=False)
         self.candidates.append(found)
@@ -391,11 +410,15 @@ def _conflicts(found: Found) -> Iterator[str]:
         )
     if front.excludes:
         yield front.sentence()
+    on_arc = sum(each.hand is NO_HAND for each in found.candidates)
+    if on_arc:
+        yield f"The gages of {on_arc} fingers are good on an arc of the section, not on the dome."
     names = sorted({name for each in found.candidates for name in each.failing})
+    gripped = len(found.candidates) - on_arc
     if names:
         yield f"On the finger's own mesh these verdicts fail: {', '.join(names)}."
-    elif found.candidates:
+    elif gripped:
         yield (
-            f"Of {len(found.candidates)} fingers with good gages none has a hand that lifts "
-            "at every friction with a force between the limits."
+            f"Of {gripped} fingers with good gages none has a hand that lifts at every friction "
+            "with a force between the limits."
         )
