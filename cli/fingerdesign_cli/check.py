@@ -76,7 +76,10 @@ def _judged(
         return _other(path, kind)
     found, error = judged_design(path, scene)
     if error is not None or found is None or found.value is None:
-        return _faulty(path, error or DesignError([]))
+        report = _faulty(path, error or DesignError([]))
+        if found is not None and found.value is None:
+            click.echo("distances are judged once these keys are mended", err=True)
+        return report
     return _forecast(path, found.value, scene, scene_sound)
 
 
@@ -307,7 +310,7 @@ def _show_lifts(held: list[tuple[str, Lift]]) -> None:
     headings += [*(["half-width", "nodes 2-D / 3-D"] if details() else []), "gage signal"]
     print_table("Lift with a margin of 1.5 (forecast)", headings, rows)
     say_marked("", "F_n, F_t: normal and tangential force of one finger; approach: its depth")
-    say_marked("", "gage signal: the verdict of that name; open: too near its target to forecast")
+    say_marked("", "gage signal: the verdict of that name; open: the forecast does not decide it")
     say_marked("", "slip sensing is not forecast: analyse judges it")
 
 

@@ -21,6 +21,7 @@ from fingerdesign_cli.terminal import WIDTH, as_json, print_json, print_table, s
 _Row = dict[str, Any]
 # Below the table of a topic: its columns in words.
 _LEGENDS = {
+    "materials": "youngs modulus and published: the modulus, and the range of other sources, MPa",
     "gages": "grid: what reads the strain; with tabs: all that lies on the plate; factor: relative "
     "change of resistance per strain; microstrain per uV/V: strain that changes the bridge's "
     "signal by 1 uV per volt of supply; Et: modulus times thickness, by which it stiffens the "

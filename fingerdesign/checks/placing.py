@@ -1,5 +1,6 @@
 """Plates too near to the contact surface, the base, the sides or the end faces of the body."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -74,25 +75,26 @@ def side_findings(design: Design, row: PlateRow) -> list[Misplacement]:
         name = "pitch_mm"
     key, value = row.blame(frame.index, name)
 
-    def own_change() -> Change | None:
+    def own_changes() -> Iterator[Change]:
         inner = allowed - (reach[worst] - abs(frame.place))
         if row.placed:
-            return Change(f"move it to |{axis}| <= {at_most(inner)}") if inner >= 0 else None
-        if name == "pitch_mm":
+            if inner >= 0:
+                yield Change(f"move it to |{axis}| <= {at_most(inner)}")
+        elif name == "pitch_mm":
             most = greatest(lambda p: fits("pitch_mm", p), 0.01, pitch)
             if most is not None:
-                return Change.to("lower it to at most", key, at_most(most))
+                yield Change.to("lower it to at most", key, at_most(most))
             fewer = next((n for n in range(row.table.count - 1, 0, -1) if fits("count", n)), None)
-            return None if fewer is None else Change.to("lower", row.key("count"), str(fewer))
-        if name == "offset_mm":
+            if fewer is not None:
+                yield Change.to("lower", row.key("count"), str(fewer))
+        elif name == "offset_mm":
             most = greatest(lambda o: fits("offset_mm", np.copysign(o, offset)), 0.0, abs(offset))
-            sign = "-" if offset < 0 else ""
-            return None if most is None else Change.to("set it to", key, sign + at_most(most))
-        return None
+            if most is not None:
+                sign = "-" if offset < 0 else ""
+                yield Change.to("set it to", key, sign + at_most(most))
 
     def changes() -> list[Change]:
-        own = own_change()
-        found = [] if own is None else [own]
+        found = [*own_changes()]
         if np.isfinite(reach[worst]):
             raised = at_least(2.0 * (reach[worst] + LEAST_CLEARANCE_MM))
             found.append(Change.to(f"raise {wide} to at least", wide, raised))

@@ -19,6 +19,8 @@ MAX_BYTES = 2_000_000  # A design has some kilobytes; a scene of 10,000 rows sta
 # The largest shipped file has 80 keys, three tables deep. Many more take minutes to be refused one
 # by one, and much deeper ones exceed Python's recursion limit in whatever reads them.
 MAX_KEYS, MAX_DEPTH = 5_000, 20
+_SHOWN = 60  # Characters of a line that is not TOML.
+_DECIMAL_COMMA = re.compile(r"=\s*-?\d+,\d")
 
 _Model = TypeVar("_Model", bound=BaseModel)
 _Found = TypeVar("_Found", bound=BaseModel, covariant=True)
@@ -47,6 +49,8 @@ def read_text(file: str | Path) -> str:
         return whole_content(file, MAX_BYTES).decode("utf-8-sig")
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        if isinstance(error, IsADirectoryError):
+            why = "it is a folder: name a file in it"
         raise DesignError([Fault("file", str(file), "a readable TOML file", f"{why}")]) from None
 
 
@@ -59,9 +63,19 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
         why = "too deeply nested" if isinstance(error, RecursionError) else str(error)[:300]
         if twice := re.match(r"Cannot declare \('(\w+)',\) twice", why):
             why += f"; put the keys that begin with `{twice[1]}.` under [{twice[1]}]"
-        raise DesignError([Fault("file", "(text)", "valid TOML", why)], source) from None
+        line = _line_of(why, text)
+        if _DECIMAL_COMMA.search(line):
+            why += "; decimals have a point, not a comma"
+        raise DesignError([Fault("file", line, "valid TOML", why)], source) from None
     _refuse_large(data, source)
     return data
+
+
+def _line_of(why: str, text: str) -> str:
+    """Return the line that TOML's parser names, with its number."""
+    if (at := re.search(r"at line (\d+)", why)) is None:
+        return "(text)"
+    return f"line {at[1]}: {text.split(chr(10))[int(at[1]) - 1].strip()[:_SHOWN]}"
 
 
 def _refuse_large(data: dict[str, Any], source: str) -> None:

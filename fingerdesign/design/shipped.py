@@ -91,7 +91,8 @@ def file_text(file_or_name: str | Path, kind: str = "design") -> str:
         return shipped_text(str(path), kind)
     if path.exists():
         return read_text(path)
-    near = get_close_matches(path.stem, known, 1)
+    whole = path.with_name(f"{path.name}.toml")
+    near = [str(whole)] if whole.is_file() else get_close_matches(path.stem, known, 1)
     remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
     bound = f"a readable TOML file or a shipped {kind} ({', '.join(known)})"
     raise DesignError([Fault("file", str(path), bound, remedy)])

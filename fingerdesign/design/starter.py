@@ -47,7 +47,8 @@ _SHORT_HEAD = f"""\
 #:schema ./{SCHEMA_FILE}
 # A first finger in fifteen keys: an arc of rubber with plates that carry gages. Lengths in mm,
 # moduli in MPa, angles in degrees. `fingerdesign view FILE` draws it, `fingerdesign check FILE`
-# judges it; other keys take their defaults (`fingerdesign new other.toml` explains them all).
+# judges it; other keys take their defaults (`fingerdesign new --all
+# other.toml` explains them).
 """
 
 

@@ -218,6 +218,15 @@ def test_rows_that_leave_the_surface_are_refused_not_searched_for_ever():
     assert {"plates.pitch_mm", "plates.rows[0].pitch_mm"} <= set(found)
 
 
+@pytest.mark.parametrize("count", [40, 90])
+def test_too_many_plates_are_too_many_where_no_pitch_fits_them(count):
+    """The pitch that keeps 90 plates inside the sides would let them cross."""
+    design = design_of(plates={"count": count, "pitch_mm": 1.0, "cover_mm": 3.0})
+    (words,) = {each.remedy for each in design_faults(design) if "inside |x|" in each.bound}
+    assert "lower plates.count to at most" in words
+    assert "inward" not in words
+
+
 def test_a_remedy_that_would_bring_another_fault_is_not_reported():
     (fault,) = design_faults(design_of(body={"base_height_mm": 0.5}, plates={"cover_mm": 0.5}))
     assert fault.key == "plates.cover_mm"

@@ -46,6 +46,15 @@ def test_keys_for_a_gage_that_is_sold_can_be_pasted_and_pass(name, terminal):
     assert not [each for each in report["notes"] if "that is sold fits" in each]
 
 
+def test_check_names_what_it_judges_later_and_the_file_that_was_meant(terminal):
+    Path("mine.toml").write_text("[plates]\ncount = 90\n[grip]\nobject_mass_g = 0\n", "utf-8")
+    printed = terminal("check", "mine.toml", code=2).err
+    assert "grip.object_mass_g" in printed
+    assert "distances are judged once these keys are mended" in printed
+    assert "did you mean mine.toml?" in terminal("check", "mine", code=2).err
+    assert "name a file in it" in terminal("check", ".", code=2).err
+
+
 def test_new_scene_then_check(terminal):
     terminal("new", "mine.toml", "--scene")
     terminal("check", "narrow", "--scene", "mine.toml")

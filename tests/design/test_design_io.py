@@ -110,6 +110,9 @@ def test_what_is_no_toml_is_a_fault():
     nested, long = "a = " + "[" * 3000 + "]" * 3000, f"a = 1{'0' * 5000}"
     for text in ("x =", "[design", "a = 1\na = 2", long, nested, "a = 2024-13-45", "\x00"):
         assert "file" in faults(text)
+    comma = faults("[body]\nwidth_mm = 20,0")["file"]
+    assert comma.value == "line 2: width_mm = 20,0"
+    assert "a point, not a comma" in comma.remedy
 
 
 @pytest.mark.parametrize(

@@ -190,6 +190,7 @@ def _objective(
         "best_name": shown(outcomes[best].name),
         "rivals": {_words(each): _metric(outcomes[best], each.metric) for each in facts.objectives},
         "median": statistics.median(rest),
+        "count": len(rest),
         "alike": len(set(rest)) == 1,
         "settled": not differs(values[:, None], unsure[:, None], values, unsure).any(),
         "leads": best == found.chosen and int((~differ).sum()) == 1,
@@ -203,7 +204,8 @@ def _table(name: str, objectives: Sequence[dict[str, Any]]) -> Table:
         give = f" ± {each['unsure']:.2g}" if each["unsure"] else ""
         return each["goal"], own + give, each["grade"] or NONE, each["place"], best, median
 
-    columns = ("objective", name, "on its scale", "place", "best", "median of all")
+    count = objectives[0]["count"] if objectives else 0
+    columns = ("objective", name, "on its scale", "place", "best", f"median of {count}")
     rows = tuple(map(row, objectives))
     return Table("objectives", "The objectives", columns, rows, frozenset({0}))
 

@@ -31,6 +31,7 @@ from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.passing.front import Front, front_of
+from fingerdesign.search.passing.hands import BATCH as HANDS_AT_ONCE
 from fingerdesign.search.passing.hands import (
     MOST_HANDS,
     NO_HAND,
@@ -55,6 +56,7 @@ _LIMIT_S = 900.0  # Of one trial.
 # A hand that has half of the room between two meshes (log2(1.06), see shortfall.py) is good enough
 # for a whole analysis: other fingers would take longer to try.
 _SPARED = 0.04
+_HANDS = MOST_HANDS + HANDS_AT_ONCE - 1  # They come in batches.
 # Sizes that a trial changes for speed; a hand is searched again with the design's own.
 _OWN_MESH = (
     "mesh.section.gradation",
@@ -346,7 +348,7 @@ class _Run:
             return self.evaluated([_job(each, "hand", own_mesh) for each in designs])
 
         def shown(count: int) -> None:
-            self.report(f"{words} for a finger with good gages: {count} of some {MOST_HANDS} tried")
+            self.report(f"{words} for a finger with good gages: {count} of at most {_HANDS} tried")
 
         hand = hand_of(design, judged, shown, self.freedom.allows)
         return Candidate(with_values(design, {**hand.values}), outcome, hand)
