@@ -253,6 +253,12 @@ def test_a_hand_that_the_widest_steps_rule_out_is_tried_with_no_others():
     assert narrow == 1 < wide
 
 
+def test_a_finger_whose_hands_all_fail_is_left_after_half_of_them():
+    design, counts = load_design("maeno2000"), []
+    hand_of(design, lambda designs: [outcome(each, 1.0) for each in designs], counts.append)
+    assert MOST_HANDS // 2 <= counts[-1] < MOST_HANDS // 2 + BATCH
+
+
 @pytest.mark.parametrize("keep", ["grip", "grip.curve_per_N"])
 def test_keys_of_the_hand_that_are_to_stay_do_stay(keep):
     design, tried = load_design("maeno2000"), []
