@@ -158,6 +158,8 @@ def gage_words(design: Design, fit: GageFit | None, mends: str = "") -> str | No
     if fit.nearest is not None:
         change = mends or _change(design, fit)
         words += f"; the nearest plate that takes one ({fit.nearest.name}) has {change}"
+        if (added := _stiffness(design, fit.nearest)) > _STIFFENS:
+            words += f", and the gage stiffens it by up to {added:.0%}"
     if fit.others and (named or fit.others[0] not in fit.films):
         words += f"; the nearest type that fits: gages.kind = '{fit.others[0]}'"
     if fit.films:
@@ -179,9 +181,10 @@ def gage_stiffness(design: Design, fit: GageFit | None) -> float:
     On both faces twice. A gage that covers part of the plate's width adds less, since the plate
     next to it carries on: this is the most.
     """
-    type_ = fit.found if fit is not None else None
-    if type_ is None:
-        return 0.0
+    return 0.0 if fit is None or fit.found is None else _stiffness(design, fit.found)
+
+
+def _stiffness(design: Design, type_: GageType) -> float:
     plate = design.material_of("plates").youngs_modulus_MPa * design.plates.thickness_mm
     return design.gages.faces * type_.stiffness / plate
 
@@ -191,10 +194,11 @@ def stiffness_words(design: Design, fit: GageFit | None) -> str | None:
     added = gage_stiffness(design, fit)
     if added <= _STIFFENS or fit is None or fit.found is None:
         return None
+    remedy = "take stiffer plates" + (", or a gage on one face" if design.gages.faces == 2 else "")
     return (
         f"gages: {fit.found.name} adds up to {added:.0%} to a plate's stiffness where it lies, and "
         f"its readings are up to {added / (1.0 + added):.0%} lower than those of plane strain, "
-        "which leaves gages out: take stiffer plates, or a gage on one face"
+        f"which leaves gages out: {remedy}"
     )
 
 

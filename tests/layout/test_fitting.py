@@ -45,10 +45,14 @@ def _foil(each):
 
 
 def test_the_nearest_plate_takes_the_gage(small):
-    """What the words ask for mends it."""
-    fit = gage_fit(small)
-    grown = with_values(small, LARGE | {"plates.length_mm": fit.length})
+    """What the words ask for mends it; they say beforehand how stiff the gage makes the plate."""
+    thin = with_values(small, {"plates.material": "polyimide", "plates.thickness_mm": 0.125})
+    fit = gage_fit(thin)
+    grown = with_values(thin, LARGE | {"plates.length_mm": fit.length})
     assert gage_fit(grown).found.name == fit.nearest.name
+    stiffened = f"stiffens it by up to {gage_stiffness(grown, gage_fit(grown)):.0%}"
+    assert stiffened in gage_words(thin, fit)
+    assert "stiffens" not in gage_words(small, gage_fit(small))  # Bronze.
 
 
 def test_a_grid_unlike_the_designs_is_named(small):
@@ -111,7 +115,9 @@ def test_gages_stiffen_their_plates(small):
     assert gage_stiffness(bars, gage_fit(bars)) == pytest.approx(2 * 170e3 * 0.015 / 13.5e3)
     one = with_values(bars, {"gages.face": "upper"})
     assert gage_stiffness(one, gage_fit(one)) == pytest.approx(170e3 * 0.015 / 13.5e3)
-    assert "silicon_bar_05 adds up to 38%" in stiffness_words(bars, gage_fit(bars))
+    words = stiffness_words(bars, gage_fit(bars))
+    assert "silicon_bar_05 adds up to 38%" in words
+    assert ("a gage on one face" in words) == (bars.gages.faces == 2)
     film = with_values(small, {"mold.gage": "sputtered_film"})
     assert stiffness_words(film, gage_fit(film)) is None
 
