@@ -62,6 +62,11 @@ def test_one_digest_stands_once_and_designs_of_one_name_are_distinguished(tmp_pa
         write_study(tmp_path / folder, some)
     both = read_outcomes([tmp_path / "first", tmp_path / "second"])
     assert [each.name for each in both] == ["twin (first)", "twin (second)"]
+    for parent, some in (("x", same[:1]), ("y", same[1:2])):
+        (tmp_path / parent).mkdir()
+        write_study(tmp_path / parent / "own", some)
+    places = [tmp_path / parent / "own" for parent in "xy"]
+    assert [each.name for each in read_outcomes(places)] == [f"twin ({each})" for each in places]
     one = read_outcomes([tmp_path / "third"])
     assert [each.name for each in one] == [f"twin ({each.digest[:8]})" for each in same[2:]]
 

@@ -31,7 +31,15 @@ from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.studies.progress import StudyProgress
 from fingerdesign_cli.studies.search import say_recommended
-from fingerdesign_cli.terminal import WIDTH, as_json, open_page, print_table, progress, say_result
+from fingerdesign_cli.terminal import (
+    WIDTH,
+    as_json,
+    open_page,
+    print_table,
+    progress,
+    say_marked,
+    say_result,
+)
 
 MOST_DESIGNS = 12  # of a terminal's table; the page has all
 LIMITS = Limits(time_s=1800.0, memory_MB=8000.0)  # of one in 3-D: a minute, some gigabytes
@@ -163,6 +171,8 @@ def _show(found: Comparison, best: Recommendation, page: Path) -> None:
     say_recommended(head)
     if head.table is not None:
         print_table(head.table.caption, head.table.columns, head.table.rows, WIDTH)
+        if any("±" in cell for row in head.table.rows for cell in row):
+            say_marked("", "±: twice the deviation by chance, as of another mesh or another seed")
     for sentence in head.given_up:
         click.echo(f"  better elsewhere: {sentence}")
     for sentence in head.warnings:

@@ -195,9 +195,7 @@ def facts_of(
 
 def _distinct(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[Outcome, ...]:
     """The outcomes; where several have one name, each name with a mark that distinguishes it."""
-    place = {
-        (each.digest, each.name): source.name for source in sources for each in source.outcomes
-    }
+    place = {(each.digest, each.name): source for source in sources for each in source.outcomes}
     alike: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
         alike.setdefault(outcome.name, []).append(outcome)
@@ -209,10 +207,11 @@ def _distinct(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[
     return tuple(replace(each, name=names[each.digest, each.name]) for each in outcomes)
 
 
-def _marks(many: Sequence[Outcome], places: list[str]) -> list[str]:
+def _marks(many: Sequence[Outcome], sources: Sequence[_Source]) -> list[str]:
     """Marks that distinguish outcomes of one name: source, scene, fidelity, else the digest."""
     ways = (
-        places,
+        [each.name for each in sources],
+        [str(each.place) for each in sources],
         [each.scene for each in many],
         [each.fidelity for each in many],
         [each.digest[:DIGITS] for each in many],
