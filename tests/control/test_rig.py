@@ -26,6 +26,19 @@ def lifting(design, **values):
     return with_values(design, {"grip.plant": "lift", "grip.hold_steps": 20, **values})
 
 
+def test_tables_that_move_alike_share_a_calibration(half_plane, design):
+    rig = Rig(half_plane, "both", design.grip)
+    own = rig.calibration()
+    held = design.grip.model_copy(update={"hold_force_N": 2.0 * design.grip.hold_force_N})
+    assert rig.with_grip(held).calibration() is own
+    for key in ("preload_mm", "approach_step_mm", "max_approach_mm"):
+        other = design.grip.model_copy(update={key: 0.9 * getattr(design.grip, key)})
+        found = rig.with_grip(other).calibration()
+        assert found is not own
+        again = Rig(half_plane, "both", other).calibration()
+        assert np.array_equal(found.normal.readings, again.normal.readings)
+
+
 def test_by_default_it_is_the_finger_alone_and_perfect(half_plane, design):
     rig = Rig(half_plane, "both", design.grip)
     assert design.grip.hardware == Hardware()
