@@ -75,7 +75,8 @@ def _line_of(why: str, text: str) -> str:
     """Return the line that TOML's parser names, with its number."""
     if (at := re.search(r"at line (\d+)", why)) is None:
         return "(text)"
-    return f"line {at[1]}: {text.split(chr(10))[int(at[1]) - 1].strip()[:_SHOWN]}"
+    line = text.split("\n")[int(at[1]) - 1]
+    return f"line {at[1]}: {line.strip()[:_SHOWN]}"
 
 
 def _refuse_large(data: dict[str, Any], source: str) -> None:
