@@ -12,7 +12,6 @@ import pytest
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.case import Case
 from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.control.plants import rig as rig_module
 from fingerdesign.design.io import parse_scene
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError, Fault, MeshError
@@ -150,29 +149,26 @@ def test_variants_are_meshed_as_grips_are_but_for_what_the_study_says(job, desig
     assert replace(job, fidelity="auto").case.design == design
 
 
-def test_hands_of_a_finger_share_what_they_cannot_change(job, monkeypatch):
+def test_hands_of_a_finger_share_what_they_cannot_change(job):
     """Of four hands: one model, two calibrations (two lengths of steps), and each hand's own
-    answer. Another finger shares nothing."""
-    models, calibrations = [], []
-
-    def counted(of, known):
-        def call(*given, **named):
-            of.append(given)
-            return known(*given, **named)
-
-        return call
-
-    monkeypatch.setattr(hand_module, "make_model", counted(models, hand_module.make_model))
-    monkeypatch.setattr(rig_module, "calibrated", counted(calibrations, rig_module.calibrated))
+    answer. Another travel is another finger."""
 
     def judged(**values):
         keys = {f"grip.{key}": value for key, value in values.items()}
         return replace(job, part="hand", design=with_values(job.design, keys))
 
+    def last():
+        (finger,) = hand_module._last.values()
+        return finger.followed.problem, finger.rig.calibrations
+
     hands = [judged(), judged(threshold_share=0.8), judged(curve_per_N=0.2)]
     hands.append(judged(approach_step_mm=0.9 * job.design.grip.approach_step_mm))
-    found = [evaluate(each) for each in hands]
-    assert (len(models), len(calibrations)) == (1, 2)
+    found = [evaluate(hands[0])]
+    problem, calibrations = last()
+    found += [evaluate(each) for each in hands[1:]]
+    assert last()[0] is problem
+    assert last()[1] is calibrations
+    assert len(calibrations) == 2
     for each, own in zip(hands, found, strict=True):
         alone = run(each.case)
         assert own.status == "ok"
@@ -181,7 +177,7 @@ def test_hands_of_a_finger_share_what_they_cannot_change(job, monkeypatch):
         assert own.metrics["peak_ratio"] == metrics_of(each.design, each.cost, alone)["peak_ratio"]
     assert len({each.grips for each in found}) >= 3
     evaluate(judged(max_approach_mm=0.9 * job.design.grip.max_approach_mm))
-    assert len(models) == 2
+    assert last()[0] is not problem
 
 
 def test_what_one_cannot_analyse_is_refused(job):
