@@ -64,7 +64,7 @@ _last: dict[str, _Finger] = {}
 def lifted(case: Case) -> Analysis:
     """The analysis of a case with its path and its grips, without errors and measurability.
 
-    The answer is that of ``pipeline.run``. Raises as it does.
+    Path and grips are those of ``pipeline.run``. Raises as it does.
     """
     refuse(case, case.path_scene)
     work, key = Work(with_estimator(case, _unheard), Clock(), _unheard), _key(case)
