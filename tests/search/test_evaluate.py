@@ -29,6 +29,7 @@ from fingerdesign.records.result import (
     Result,
 )
 from fingerdesign.search.run import hand as hand_module
+from fingerdesign.search.run.as_made import placement_of
 from fingerdesign.search.run.evaluate import (
     Job,
     evaluate,
@@ -42,7 +43,6 @@ from fingerdesign.search.run.measured import (
     grips_of,
     metrics_of,
     own_metrics,
-    placement_of,
     stick_error_of,
     traces_of,
 )

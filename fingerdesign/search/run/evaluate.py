@@ -20,8 +20,6 @@ from fingerdesign.search.run.measured import (
     grips_of,
     metrics_of,
     own_metrics,
-    placement_of,
-    spread_of,
     stick_error_of,
     traces_of,
 )
@@ -245,6 +243,10 @@ def _analysed(job: Job) -> Outcome:
 def made_metrics(job: Job) -> tuple[dict[str, float | None], tuple[str, ...]]:
     """The metrics of fingers as made, None where the job does not name them; why there are none."""
     found: dict[str, float | None] = dict.fromkeys(ON_REQUEST)
+    if not job.on_request:
+        return found, ()
+    from fingerdesign.search.run.as_made import placement_of, spread_of
+
     reported: tuple[str, ...] = ()
     if PLACEMENT in job.on_request:
         found[PLACEMENT], reported = placement_of(job.design)

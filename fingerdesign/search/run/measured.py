@@ -13,22 +13,16 @@ from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.shortfall import area_correlation, shortfalls, total
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.verdicts import best_area_share, verdict_view
-from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import FingerDesignError, SolverError
+from fingerdesign.errors import SolverError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
-from fingerdesign.mold.placement import placement_effect
-from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.notes import placement_worst
 from fingerdesign.records.arrays import OPEN, SLIP, ContactHistory
 from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
 from fingerdesign.records.result import GripResult, IncrementResult, Result
 from fingerdesign.report.style import evenly_spaced
 from fingerdesign.search.study.file import Cost
-from fingerdesign.search.study.metrics import SPREAD
 from fingerdesign.sensing.train.stick_error import SensorErrors, stick_error
-from fingerdesign.tolerance.spread import tolerance
 
 MOST_INCREMENTS, MOST_CONTACT, MOST_STEPS = 40, 120, 60
 _PULLED = 0.01  # of the normal force: what pressing an uneven finger gives is no pull
@@ -93,33 +87,6 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
             return stick_error(problem, design.gages.face, reach, listening, grip.seed), ()
     except SolverError as error:
         return None, (f"no gage error of the stick ratio: {error}",)
-
-
-def placement_of(design: Design) -> tuple[float | None, tuple[str, ...]]:
-    """Greatest change of a reading by the tolerances of the planned mold, a share of the largest
-    reading, as `mold` judges it; and why there is none."""
-    try:
-        found = placement_effect(design, plan_mold(design))
-    except FingerDesignError as error:
-        return None, (f"no placement effect: {error}",)
-    if found["reason"] is not None:
-        return None, (f"no placement effect: {found['reason']}",)
-    return placement_worst(found), ()
-
-
-def spread_of(
-    design: Design, scene: Scene | None
-) -> tuple[dict[str, float | None], tuple[str, ...]]:
-    """The spread of fingers that are cast after a design, by derivatives in plane strain; and why
-    there is none."""
-    try:
-        found = tolerance(design, scene)
-    except FingerDesignError as error:
-        return dict.fromkeys(SPREAD), (f"no spread of fingers as made: {error}",)
-    made, calibrated = found.reading_std
-    response = None if found.gage_response is None else found.gage_response[1]
-    values = (made or None, calibrated if made else None, found.yield_by_motion[0], response)
-    return dict(zip(SPREAD, values, strict=True)), ()
 
 
 def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
