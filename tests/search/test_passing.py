@@ -65,7 +65,9 @@ def test_shortfall_is_zero_with_room_and_grows_with_what_is_missing():
     assert grip_shortfalls([grip(1.1, margin=1.1)])[GRIP_FORCE] > 0.0
 
 
-@pytest.mark.parametrize("name", ["maeno2000", "narrow", "both_ways", "homogeneous", "domed"])
+@pytest.mark.parametrize(
+    "name", ["maeno2000", "narrow", "both_ways", "homogeneous", "domed", "pin"]
+)
 def test_space_begins_inside_its_ranges(name):
     design = load_design(name)
     space = space_of(design, Freedom())
@@ -445,6 +447,11 @@ def test_trials_are_fewer_where_they_need_tetrahedra():
     assert flat.base.body.dome_radius_mm == 10.0 * flat.base.body.depth_mm
     assert flat.on_arc(flat.base).body.shape == "arc"
     assert most_trials(kept) < most_trials(flat)
+    round_pin = space_of(load_design("pin"), Freedom())
+    assert round_pin.base.body.shape == "revolved"
+    arc, plates = round_pin.on_arc(round_pin.base), round_pin.base.plates
+    assert (arc.body.shape, arc.body.depth_mm) == ("arc", plates.span_mm)
+    assert most_trials(round_pin) == most_trials(flat)
 
 
 # The swept mesh, coarse, and one friction: what the search finds is tested above.

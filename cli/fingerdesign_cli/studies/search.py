@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -240,7 +240,8 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
     if quiet():
         return
     if best is not None and best.result is not None:
-        say_block(verdict_view(best.result, str(file)), target)
+        # What a fix would change, the search has tried; it proposes no second search.
+        say_block(replace(verdict_view(best.result, str(file)), fixes=()), target)
     for words in filter(None, (found.conflict, found.note)):
         say(words)
     for key, (old, new) in [*changes.items()][:_SHOWN]:

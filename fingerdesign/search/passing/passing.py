@@ -245,7 +245,7 @@ class _Run:
     def _given_up(self) -> bool:
         """True if further trials could not be judged any more."""
         confirmed = sum(each.result is not None for each in self.candidates)
-        # A dome whose gages fall short takes half of the time of one that is given a hand.
+        # A round body whose gages fall short takes half of the time of one that is given a hand.
         short = sum(each.hand is NO_HAND for each in self.candidates)
         return confirmed >= _MOST_CONFIRMED or len(self.candidates) - 0.5 * short >= _MOST_GRIPPED
 
@@ -312,8 +312,8 @@ class _Run:
         """
         self.judged.add(outcome.digest)
         design = self._design(outcome)
-        if self.space.flat_dome:
-            self.report("the gages of the dome, on tetrahedra")
+        if self.space.arc_first:
+            self.report("the gages of the round body, on tetrahedra")
             [outcome] = self._with_best_share([_job(design, "sensing", values=outcome.values)])
             design = self._design(outcome)
         if _shortfall(outcome) > 0.0 and not whole:
@@ -419,7 +419,7 @@ def _conflicts(found: Found) -> Iterator[str]:
         yield front.sentence()
     on_arc = sum(each.hand is NO_HAND for each in found.candidates)
     if on_arc:
-        yield f"The gages of {on_arc} fingers are good on an arc of the section, not on the dome."
+        yield f"The gages of {on_arc} fingers are good on an arc of the section, not on the body."
     names = sorted({name for each in found.candidates for name in each.failing})
     gripped = len(found.candidates) - on_arc
     if names:

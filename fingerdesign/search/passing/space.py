@@ -101,21 +101,27 @@ class Space:
     before it began.
 
     base: the design with the fixed changes. starts: values of all parameters, the design's own
-    first where they lie in the ranges. flat_dome: trials are made on an arc of the same section,
-    and those that are good again on the dome.
+    first where they lie in the ranges. arc_first: trials are made on an arc of the same section,
+    and those that are good again on the body itself.
     """
 
     base: Design
     parameters: dict[str, Parameter]
     starts: tuple[dict[str, Choice], ...]
     replaced: tuple[str, ...] = ()
-    flat_dome: bool = False
+    arc_first: bool = False
 
     def on_arc(self, design: Design) -> Design:
-        """The finger that a trial analyses: of a flat dome the arc of the same section."""
-        if not self.flat_dome:
+        """The finger that a trial analyses: of a round body the arc of the same section."""
+        if not self.arc_first:
             return design
-        return with_values(design, {"body.shape": "arc", "body.dome_radius_mm": None})
+        changes: dict[str, object] = {"body.shape": "arc", "body.dome_radius_mm": None}
+        if design.body.shape == "revolved":
+            # A pin touches on a circle. An arc as deep as the plates touches about as wide.
+            core, span = design.body.core, design.plates.span_mm or 0.0
+            deep = max(span, 0.0 if core is None else core.depth_mm or 0.0)
+            changes |= {"body.depth_mm": deep} if deep else {}
+        return with_values(design, changes)
 
     def sound(self, values: Mapping[str, Choice]) -> bool:
         """True if a finger with the values can exist."""
@@ -176,7 +182,8 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     for name in PASSING:
         starts += [_like(load_design(name), base, parameters)]
     unique = [each for k, each in enumerate(starts) if each and each not in starts[:k]]
-    space = Space(base, parameters, tuple(unique), replaced, flat_dome)
+    arc_first = flat_dome or base.body.shape == "revolved"
+    space = Space(base, parameters, tuple(unique), replaced, arc_first)
     sound = tuple(each for each in unique if space.sound(each))
     return replace(space, starts=sound) if sound else space
 
