@@ -85,6 +85,18 @@ def test_space_begins_inside_its_ranges(name):
     assert made.design is not None, made.faults
 
 
+def test_first_trials_are_as_low_as_fingers_that_pass_unless_a_core_needs_the_height():
+    feeler, heights = load_design("feeler").body, {}
+    for name in ("block", "boned"):
+        design = load_design(name)
+        starts = space_of(design, Freedom()).starts
+        heights[name] = design.body.base_height_mm, starts[-1]["body.base_height_mm"]
+    own, low = heights["block"]
+    assert own == 10.0
+    assert low == max(0.6 * own, feeler.base_height_mm * 16.0 / feeler.width_mm)
+    assert heights["boned"] == (8.0, 8.0)
+
+
 @pytest.mark.parametrize("name", ["maeno2000", "domed", "block"])
 def test_trials_near_a_finger_can_exist_and_differ_in_some_keys(name):
     space = space_of(load_design(name), Freedom())

@@ -53,6 +53,16 @@ fingerdesign/search/passing/passing.py | tests/search/test_passing.py
 - [outcome] = self._with_best_share([_job(design, "sensing", values=outcome.values)])
 + [outcome] = self.evaluated([_job(design, "sensing", values=outcome.values)])
 
+optimise: first trials are as tall as the design
+fingerdesign/search/passing/space.py | tests/search/test_passing.py
+- values[_HEIGHT_KEY] = _inside(parameters[_HEIGHT_KEY], size * known.body.base_height_mm)
++ values[_HEIGHT_KEY] = design.body.base_height_mm
+
+optimise: a pin's arc is as deep as the pin
+fingerdesign/search/passing/space.py | tests/search/test_passing.py
+- changes |= {"body.depth_mm": deep} if deep else {}
++ changes |= {}
+
 friction law: the cap is left out
 fingerdesign/shapes/friction.py | tests/contact/test_friction_laws.py
 - return np.asarray(np.minimum(np.minimum(STEEPEST * normal, free), self.cap * areas))

@@ -53,6 +53,7 @@ _COUNTS = (7, 15)
 _FEWER = (9, 7, 5, 3)
 _ARC = (0.6, 5.0)  # Radius over width: a half circle, and nearly flat.
 _ROUND = ("arc", "dome", "revolved")  # Shapes with a radius.
+_HEIGHT_KEY = "body.base_height_mm"
 _HEIGHT = (0.6, 1.25)  # Times the design's own.
 _FLAT_DOME = 10.0  # Radius along z over depth: plates lie as in an arc, which can be swept.
 # Of a body's depth: plates below a dome end before it falls too far. The longest that fits.
@@ -178,14 +179,20 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     if not parameters:
         fault = Fault("--keep", ", ".join(freedom.keep), "some key left to vary", "keep fewer keys")
         raise DesignError([fault], design.design.name)
+    arc_first = flat_dome or base.body.shape == "revolved"
+    space = Space(base, parameters, (), replaced, arc_first)
     starts = [_own_values(base, parameters)]
     for name in PASSING:
-        starts += [_like(load_design(name), base, parameters)]
+        like = _like(load_design(name), base, parameters)
+        starts += [next(filter(space.sound, (like, like | _height(starts[0]))), like)]
     unique = [each for k, each in enumerate(starts) if each and each not in starts[:k]]
-    arc_first = flat_dome or base.body.shape == "revolved"
-    space = Space(base, parameters, tuple(unique), replaced, arc_first)
-    sound = tuple(each for each in unique if space.sound(each))
-    return replace(space, starts=sound) if sound else space
+    sound = [each for each in unique if space.sound(each)]
+    return replace(space, starts=tuple(sound or unique))
+
+
+def _height(values: Mapping[str, Choice]) -> dict[str, Choice]:
+    """The height among the values: a core may need all of a body's own."""
+    return {key: value for key, value in values.items() if key == _HEIGHT_KEY}
 
 
 def _crowned(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...]]:
@@ -306,7 +313,7 @@ def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
         yield "body.arc_radius_mm", _stepped(body.width_mm, _ARC, body.arc_radius_mm, 0.5)
     if body.shape in (*_ROUND, "block"):
         height = body.base_height_mm
-        yield "body.base_height_mm", _stepped(height, _HEIGHT, height, 0.1)
+        yield _HEIGHT_KEY, _stepped(height, _HEIGHT, height, 0.1)
 
 
 def _of_plates(design: Design) -> Iterator[tuple[str, Parameter]]:
@@ -334,10 +341,15 @@ def _own_values(design: Design, parameters: Mapping[str, Parameter]) -> dict[str
 
 
 def _like(known: Design, design: Design, parameters: Mapping[str, Parameter]) -> dict[str, Choice]:
-    """Plates, gages and relative radius of a finger that passes, at the design's own size."""
+    """Plates, gages and proportions of a finger that passes, at the design's own size.
+
+    Tall fingers lean while they are sheared: the same plates on `block` have a rank correlation of
+    0.58 at its own height, and of 0.91 at that of `feeler` for its width.
+    """
     values = _own_values(known, parameters)
-    if "body.base_height_mm" in parameters:
-        values["body.base_height_mm"] = design.body.base_height_mm
+    if _HEIGHT_KEY in parameters:
+        size = design.body.width_mm / known.body.width_mm
+        values[_HEIGHT_KEY] = _inside(parameters[_HEIGHT_KEY], size * known.body.base_height_mm)
     flat = _flat(design, known)
     values |= {key: _inside(parameters[key], flat[key]) for key in flat if key in parameters}
     if "plates.count" in parameters:
