@@ -350,14 +350,14 @@ def test_search_ends_with_the_first_finger_that_passes(tmp_path, plane_strain):
 
 
 def test_a_dome_takes_the_share_that_suits_the_dome_not_its_arc(tmp_path, plane_strain):
-    """Arcs of it are good with a share of 0.5, the dome itself with 0.4 alone."""
+    """Arcs of it are good with a share of 0.5, the dome itself nearly, with 0.4 alone."""
     space, arcs = space_of(load_design("domed"), Freedom()), Bench()
 
     def evaluated(plan):
         found = arcs(plan)
         for k, job in enumerate(plan):
             if job.part == "sensing" and job.design.body.shape == "dome":
-                short = {"shortfall": float(job.design.gages.area_share != 0.4)}
+                short = {"shortfall": 0.03 + (job.design.gages.area_share != 0.4)}
                 metrics = found[k].metrics | short | {"best_area_share": 0.4}
                 found[k] = replace(found[k], metrics=metrics)
         return found

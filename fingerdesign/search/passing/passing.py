@@ -54,8 +54,10 @@ _MOST_GRIPPED = 8  # Fingers for which a hand is searched: each takes a minute o
 _MOST_CONFIRMED = 4  # Whole analyses, a minute each.
 _LIMIT_S = 900.0  # Of one trial.
 # A hand that has half of the room between two meshes (log2(1.06), see shortfall.py) is good enough
-# for a whole analysis: other fingers would take longer to try.
+# for a whole analysis: other fingers would take longer to try. So are gages of a round body, which
+# are analysed on tetrahedra already.
 _SPARED = 0.04
+_BODIES = 2  # Round bodies analysed at once: each takes a minute or two on one core.
 _HANDS = MOST_HANDS + HANDS_AT_ONCE - 1  # They come in batches.
 # Sizes that a trial changes for speed; a hand is searched again with the design's own.
 _OWN_MESH = (
@@ -205,6 +207,7 @@ class _Run:
     tried: tuple[Tried, ...] = ()
     candidates: list[Candidate] = field(default_factory=list)
     judged: set[str] = field(default_factory=set)
+    bodies: dict[str, Outcome] = field(default_factory=dict)  # Of an arc's digest: its round body.
     best_sensed: float = math.inf
 
     def found(self, most: int) -> Found:
@@ -218,7 +221,9 @@ class _Run:
         for count in [*range(BATCH, most, BATCH), most]:
             self.report(f"trial {count} of {most}{self._best_words()}")
             self.tried = searched(search, self.trials, self._sensed, count, BATCH)
-            for outcome in self._promising(0.0):
+            promising = self._promising(0.0)
+            for k, outcome in enumerate(promising):
+                self._look_at_bodies(promising[k : k + _BODIES])
                 if self._candidate(outcome).passes:
                     return True
                 if self._given_up():
@@ -240,6 +245,7 @@ class _Run:
             self._gripped(nearest.design, nearest.sensed, whole=True)
         else:
             for outcome in self._promising(math.inf)[:1]:
+                self._look_at_bodies([outcome])
                 self._candidate(outcome, whole=True)
 
     def _given_up(self) -> bool:
@@ -311,16 +317,22 @@ class _Run:
         The last of ``candidates`` is the one that is returned. whole: analyse it in any case.
         """
         self.judged.add(outcome.digest)
+        outcome = self.bodies.get(outcome.digest, outcome)
         design = self._design(outcome)
-        if self.space.arc_first:
-            self.report("the gages of the round body, on tetrahedra")
-            [outcome] = self._with_best_share([_job(design, "sensing", values=outcome.values)])
-            design = self._design(outcome)
-        if _shortfall(outcome) > 0.0 and not whole:
+        if _shortfall(outcome) > (_SPARED if self.space.arc_first else 0.0) and not whole:
             found = Candidate(design, outcome)
             self.candidates.append(found)
             return found
         return self._gripped(design, outcome, whole)
+
+    def _look_at_bodies(self, arcs: Sequence[Outcome]) -> None:
+        """Analyse the gages of round bodies whose arcs were tried."""
+        new = [each for each in arcs if each.digest not in self.bodies]
+        if self.space.arc_first and arcs[0] in new:
+            self.report("the gages of the round body, on tetrahedra")
+            jobs = [_job(self._design(arc), "sensing", values=arc.values) for arc in new]
+            found = self._with_best_share(jobs)
+            self.bodies |= {arc.digest: body for arc, body in zip(new, found, strict=True)}
 
     def _gripped(self, design: Design, outcome: Outcome, whole: bool) -> Candidate:
         """Search a hand; analyse the finger as a whole where the hand is good enough, or in any
