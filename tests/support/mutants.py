@@ -58,10 +58,10 @@ fingerdesign/search/passing/space.py | tests/search/test_passing.py
 - values[_HEIGHT_KEY] = _inside(parameters[_HEIGHT_KEY], size * known.body.base_height_mm)
 + values[_HEIGHT_KEY] = design.body.base_height_mm
 
-optimise: a pin's arc is as deep as the pin
+optimise: the arc of a round body is as deep as the body
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
-- changes |= {"body.depth_mm": deep} if deep else {}
-+ changes |= {}
+- arc = {"body.shape": "arc", "body.dome_radius_mm": None, "body.depth_mm": deep}
++ arc = {"body.shape": "arc", "body.dome_radius_mm": None}
 
 friction law: the cap is left out
 fingerdesign/shapes/friction.py | tests/contact/test_friction_laws.py

@@ -116,13 +116,12 @@ class Space:
         """The finger that a trial analyses: of a round body the arc of the same section."""
         if not self.arc_first:
             return design
-        changes: dict[str, object] = {"body.shape": "arc", "body.dome_radius_mm": None}
-        if design.body.shape == "revolved":
-            # A pin touches on a circle. An arc as deep as the plates touches about as wide.
-            core, span = design.body.core, design.plates.span_mm or 0.0
-            deep = max(span, 0.0 if core is None else core.depth_mm or 0.0)
-            changes |= {"body.depth_mm": deep} if deep else {}
-        return with_values(design, changes)
+        # A round body touches on a circle or an ellipse, about as wide as an arc that is as deep as
+        # its plates.
+        core, span = design.body.core, design.plates.span_mm or 0.0
+        deep = max(span, 0.0 if core is None else core.depth_mm or 0.0) or design.body.depth_mm
+        arc = {"body.shape": "arc", "body.dome_radius_mm": None, "body.depth_mm": deep}
+        return with_values(design, arc)
 
     def sound(self, values: Mapping[str, Choice]) -> bool:
         """True if a finger with the values can exist."""
