@@ -349,6 +349,27 @@ def test_search_ends_with_the_first_finger_that_passes(tmp_path, plane_strain):
     assert again.best.design == found.best.design
 
 
+def test_of_fingers_with_good_gages_the_best_correlation_comes_first(tmp_path, plane_strain):
+    space, bench, good, confirmed = space_of(load_design("tees"), Freedom()), Bench(), {}, []
+
+    def evaluated(plan):
+        found = bench(plan)
+        for k, job in enumerate(plan):
+            if job.part == "sensing":
+                place = good.setdefault(job.design.plates.pitch_mm, len(good))
+                metrics = {"shortfall": 0.0, "area_correlation": 0.86 + 0.03 * (place % 3)}
+                found[k] = replace(found[k], metrics=found[k].metrics | metrics)
+        return found
+
+    def confirm(design):
+        confirmed.append(design.plates.pitch_mm)
+        return judged(plane_strain.result, 2.0)
+
+    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+        assert find_passing(space, Freedom(), trials, evaluated, confirm, 4).passes
+    assert [good[pitch] for pitch in confirmed] == [2]
+
+
 def test_a_dome_takes_the_share_that_suits_the_dome_not_its_arc(tmp_path, plane_strain):
     """Arcs of it are good with a share of 0.5, the dome itself nearly, with 0.4 alone."""
     space, arcs = space_of(load_design("domed"), Freedom()), Bench()

@@ -53,12 +53,17 @@ fingerdesign/search/passing/passing.py | tests/search/test_passing.py
 - found = self._with_best_share(jobs)
 + found = self.evaluated(jobs)
 
+optimise: fingers with good gages are taken as they come
+fingerdesign/search/passing/passing.py | tests/search/test_passing.py
+- return _shortfall(outcome), -(outcome.metrics.get("area_correlation") or 0.0)
++ return _shortfall(outcome), 0.0
+
 optimise: first trials are as tall as the design
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
 - values[_HEIGHT_KEY] = _inside(parameters[_HEIGHT_KEY], size * known.body.base_height_mm)
 + values[_HEIGHT_KEY] = design.body.base_height_mm
 
-optimise: the arc of a round body is as deep as the body
+optimise: the arc of a pin is as deep as the pin
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
 - arc = {"body.shape": "arc", "body.dome_radius_mm": None, "body.depth_mm": deep}
 + arc = {"body.shape": "arc", "body.dome_radius_mm": None}

@@ -258,8 +258,11 @@ class _Run:
     def _best_words(self) -> str:
         if not math.isfinite(self.best_sensed):
             return ""
-        good = f"{len(self.candidates)} with good gages"
-        return f", {good if self.candidates else f'gages short by {self.best_sensed:.2g}'}"
+        if not self.candidates:
+            return f", gages short by {self.best_sensed:.2g}"
+        good = f", {len(self.candidates)} with good gages"
+        on_arc = sum(each.hand is NO_HAND for each in self.candidates)
+        return f"{good}, {on_arc} of them on the arc alone" if on_arc else good
 
     def _sensed(self, plan: Sequence[Planned]) -> Sequence[Outcome]:
         """Outcomes of the gages alone."""
@@ -305,7 +308,7 @@ class _Run:
             self.best_sensed = best
             nearest = min(outcomes, key=_shortfall)
             self.improved(Candidate(self._design(nearest), nearest))
-        return sorted(short.values(), key=_shortfall)
+        return sorted(short.values(), key=_order)
 
     def _design(self, outcome: Outcome) -> Design:
         """The design of a trial, with the base's own name and mesh."""
@@ -383,6 +386,11 @@ class _Run:
 def _shortfall(outcome: Outcome) -> float:
     found = outcome.metrics.get("shortfall")
     return math.inf if found is None else found
+
+
+def _order(outcome: Outcome) -> tuple[float, float]:
+    """Less is better: of outcomes that lack nothing, the one with the most room comes first."""
+    return _shortfall(outcome), -(outcome.metrics.get("area_correlation") or 0.0)
 
 
 def _of_trial(sensed: Outcome) -> Iterator[Verdict]:
