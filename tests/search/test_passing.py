@@ -14,7 +14,7 @@ from fingerdesign.analysis.shortfall import (
     slip_shortfall,
 )
 from fingerdesign.analysis.verdicts import verdict_view
-from fingerdesign.checks.load import load_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Outcome, Traces
@@ -485,6 +485,9 @@ def test_trials_are_fewer_where_they_need_tetrahedra():
     arc, plates = round_pin.on_arc(round_pin.base), round_pin.base.plates
     assert (arc.body.shape, arc.body.depth_mm) == ("arc", plates.span_mm)
     assert most_trials(round_pin) == most_trials(flat)
+    core = {"width_mm": 4.0, "height_mm": 2.0, "depth_mm": plates.span_mm + 0.5}
+    cored = with_values(round_pin.base, {f"body.core.{key}": size for key, size in core.items()})
+    assert round_pin.on_arc(cored).body.depth_mm == cored.body.depth_mm
 
 
 # The swept mesh, coarse, and one friction: what the search finds is tested above.

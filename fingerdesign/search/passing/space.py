@@ -116,14 +116,16 @@ class Space:
         """The finger that a trial analyses: of a round body the arc of the same section."""
         if not self.arc_first:
             return design
-        deep = design.body.depth_mm
-        if design.body.shape == "revolved":
+        arc: dict[str, object] = {"body.shape": "arc", "body.dome_radius_mm": None}
+        span = design.plates.span_mm
+        if design.body.shape == "revolved" and span is not None:
             # A pin touches on a circle, about as wide as an arc that is as deep as its plates. Six
             # fingers of one pin rank by such arcs as they do themselves, by full ones they do not;
             # four of a dome are nearer to full ones.
-            core, span = design.body.core, design.plates.span_mm or deep
-            deep = max(span, 0.0 if core is None else core.depth_mm or 0.0)
-        arc = {"body.shape": "arc", "body.dome_radius_mm": None, "body.depth_mm": deep}
+            try:
+                return with_values(design, arc | {"body.depth_mm": span})
+            except DesignError:
+                pass  # Its core or its edges need more depth.
         return with_values(design, arc)
 
     def sound(self, values: Mapping[str, Choice]) -> bool:
