@@ -188,14 +188,14 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     starts = [_own_values(base, parameters)]
     for name in PASSING:
         like = _like(load_design(name), base, parameters)
-        starts += [next(filter(space.sound, (like, like | _height(starts[0]))), like)]
+        starts += [like | _height(starts[0]), like]
     unique = [each for k, each in enumerate(starts) if each and each not in starts[:k]]
     sound = [each for each in unique if space.sound(each)]
     return replace(space, starts=tuple(sound or unique))
 
 
 def _height(values: Mapping[str, Choice]) -> dict[str, Choice]:
-    """The height among the values: a core may need all of a body's own."""
+    """The height among the values."""
     return {key: value for key, value in values.items() if key == _HEIGHT_KEY}
 
 
@@ -347,8 +347,9 @@ def _own_values(design: Design, parameters: Mapping[str, Parameter]) -> dict[str
 def _like(known: Design, design: Design, parameters: Mapping[str, Parameter]) -> dict[str, Choice]:
     """Plates, gages and proportions of a finger that passes, at the design's own size.
 
-    Tall fingers lean while they are sheared: the same plates on `block` have a rank correlation of
-    0.58 at its own height, and of 0.91 at that of `feeler` for its width.
+    Which height suits is not known beforehand: the same plates on `block` have a rank correlation
+    of 0.58 at its own height and of 0.91 at that of `feeler` for its width; on the random finger 5
+    it is 0.75 and -0.18.
     """
     values = _own_values(known, parameters)
     if _HEIGHT_KEY in parameters:
