@@ -85,16 +85,6 @@ def test_space_begins_inside_its_ranges(name):
     assert made.design is not None, made.faults
 
 
-def test_first_trials_have_the_own_height_and_that_of_fingers_that_pass_where_a_core_allows_it():
-    feeler, heights = load_design("feeler").body, {}
-    for name in ("block", "boned"):
-        starts = space_of(load_design(name), Freedom()).starts
-        heights[name] = [start["body.base_height_mm"] for start in starts]
-    low = max(0.6 * 10.0, feeler.base_height_mm * 16.0 / feeler.width_mm)
-    assert heights["block"] == [10.0, 10.0, low, 10.0, low]
-    assert set(heights["boned"]) == {8.0}
-
-
 @pytest.mark.parametrize("name", ["maeno2000", "domed", "block"])
 def test_trials_near_a_finger_can_exist_and_differ_in_some_keys(name):
     space = space_of(load_design(name), Freedom())

@@ -58,11 +58,6 @@ fingerdesign/search/passing/passing.py | tests/search/test_passing.py
 - return _shortfall(outcome), -(outcome.metrics.get("area_correlation") or 0.0)
 + return _shortfall(outcome), 0.0
 
-optimise: first trials are as tall as the design
-fingerdesign/search/passing/space.py | tests/search/test_passing.py
-- values[_HEIGHT_KEY] = _inside(parameters[_HEIGHT_KEY], size * known.body.base_height_mm)
-+ values[_HEIGHT_KEY] = design.body.base_height_mm
-
 optimise: the arc of a pin is as deep as the pin
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
 - return with_values(design, arc | {"body.depth_mm": span})

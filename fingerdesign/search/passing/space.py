@@ -53,7 +53,6 @@ _COUNTS = (7, 15)
 _FEWER = (9, 7, 5, 3)
 _ARC = (0.6, 5.0)  # Radius over width: a half circle, and nearly flat.
 _ROUND = ("arc", "dome", "revolved")  # Shapes with a radius.
-_HEIGHT_KEY = "body.base_height_mm"
 _HEIGHT = (0.6, 1.25)  # Times the design's own.
 _FLAT_DOME = 10.0  # Radius along z over depth: plates lie as in an arc, which can be swept.
 # Of a body's depth: plates below a dome end before it falls too far. The longest that fits.
@@ -187,16 +186,10 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     space = Space(base, parameters, (), replaced, arc_first)
     starts = [_own_values(base, parameters)]
     for name in PASSING:
-        like = _like(load_design(name), base, parameters)
-        starts += [like | _height(starts[0]), like]
+        starts += [_like(load_design(name), base, parameters)]
     unique = [each for k, each in enumerate(starts) if each and each not in starts[:k]]
     sound = [each for each in unique if space.sound(each)]
     return replace(space, starts=tuple(sound or unique))
-
-
-def _height(values: Mapping[str, Choice]) -> dict[str, Choice]:
-    """The height among the values."""
-    return {key: value for key, value in values.items() if key == _HEIGHT_KEY}
 
 
 def _crowned(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...]]:
@@ -317,7 +310,7 @@ def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
         yield "body.arc_radius_mm", _stepped(body.width_mm, _ARC, body.arc_radius_mm, 0.5)
     if body.shape in (*_ROUND, "block"):
         height = body.base_height_mm
-        yield _HEIGHT_KEY, _stepped(height, _HEIGHT, height, 0.1)
+        yield "body.base_height_mm", _stepped(height, _HEIGHT, height, 0.1)
 
 
 def _of_plates(design: Design) -> Iterator[tuple[str, Parameter]]:
@@ -345,16 +338,15 @@ def _own_values(design: Design, parameters: Mapping[str, Parameter]) -> dict[str
 
 
 def _like(known: Design, design: Design, parameters: Mapping[str, Parameter]) -> dict[str, Choice]:
-    """Plates, gages and proportions of a finger that passes, at the design's own size.
+    """Plates, gages and relative radius of a finger that passes, at the design's own size.
 
-    Which height suits is not known beforehand: the same plates on `block` have a rank correlation
-    of 0.58 at its own height and of 0.91 at that of `feeler` for its width; on the random finger 5
-    it is 0.75 and -0.18.
+    The height stays: which one suits is not known beforehand. The same plates on `block` have a
+    rank correlation of 0.58 at its own height and of 0.91 at that of `feeler` for its width; on the
+    random finger 5 it is 0.75 and -0.18.
     """
     values = _own_values(known, parameters)
-    if _HEIGHT_KEY in parameters:
-        size = design.body.width_mm / known.body.width_mm
-        values[_HEIGHT_KEY] = _inside(parameters[_HEIGHT_KEY], size * known.body.base_height_mm)
+    if "body.base_height_mm" in parameters:
+        values["body.base_height_mm"] = design.body.base_height_mm
     flat = _flat(design, known)
     values |= {key: _inside(parameters[key], flat[key]) for key in flat if key in parameters}
     if "plates.count" in parameters:
