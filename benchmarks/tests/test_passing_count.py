@@ -26,15 +26,15 @@ def test_rows_replace_those_of_the_same_finger_and_stand_in_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("said", "reason"),
+    ("printed", "reason"),
     [
         ('trial 4\rtrial 8\n{"passes": false, "conflict": "No hand lifts."}\n', "No hand lifts."),
         ("no such design\n", "no such design"),
         ("", ""),
     ],
 )
-def test_the_reason_is_the_searchs_own(said, reason):
-    assert passing._reason(said) == reason
+def test_the_reason_is_the_searchs_own(printed, reason):
+    assert passing._reason(printed) == reason
 
 
 def test_the_record_has_each_finger_once():

@@ -45,6 +45,7 @@ def searched(finger: str, folder: Path) -> Row:
     if finger.isdigit():
         design = str(folder / f"random_{finger}.toml")
         Path(design).write_text(tomlkit.dumps(random_design(int(finger))), encoding="utf-8")
+    body = load_design(design).body.shape  # An unknown name is refused before the search.
     command = [sys.executable, "-m", "fingerdesign_cli.main", "optimise", design]
     begun, before = time.monotonic(), _core_seconds()
     process = subprocess.Popen(
@@ -57,26 +58,35 @@ def searched(finger: str, folder: Path) -> Row:
     )
     ended = True
     try:
-        said, _ = process.communicate(timeout=LIMIT_S)
+        printed, _ = process.communicate(timeout=LIMIT_S)
     except subprocess.TimeoutExpired:
         ended = False
-        os.killpg(process.pid, signal.SIGINT)
-        said, _ = process.communicate(timeout=_END_S)
+        printed = _interrupted(process)
     outcome = {0: "passes", 1: "fails"}.get(process.returncode, "ends with an error")
     return (
         finger,
-        load_design(design).body.shape,
+        body,
         outcome if ended else "not ended",
         f"{time.monotonic() - begun:.0f}",
         f"{_core_seconds() - before:.0f}",
-        "" if ended and outcome == "passes" else _reason(said),
+        "" if ended and outcome == "passes" else _reason(printed),
         datetime.now(UTC).date().isoformat(),
     )
 
 
-def _reason(said: str) -> str:
+def _interrupted(process: subprocess.Popen[str]) -> str:
+    """What a search printed that is interrupted, and killed where it does not end by that."""
+    os.killpg(process.pid, signal.SIGINT)
+    try:
+        return process.communicate(timeout=_END_S)[0]
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        return process.communicate()[0]
+
+
+def _reason(printed: str) -> str:
     """Why none passes, in the search's own words; else its last line."""
-    lines = [line.strip() for line in said.replace("\r", "\n").splitlines() if line.strip()]
+    lines = [line.strip() for line in printed.replace("\r", "\n").splitlines() if line.strip()]
     last = lines[-1] if lines else ""
     return str(json.loads(last)["conflict"]) if last.startswith("{") else last
 
