@@ -18,13 +18,11 @@ from fingerdesign.records.result import Result
 from fingerdesign.records.verdict import VerdictView
 from fingerdesign.runtime.files import scratch, write_whole
 from fingerdesign.runtime.isolate import Worker
-from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.passing.passing import (
     Candidate,
     evaluated_by,
-    find_passing,
     most_trials,
-    study_of,
+    search_passing,
 )
 from fingerdesign.search.passing.space import Freedom, space_of
 from fingerdesign.search.run.cluster import Cluster
@@ -78,14 +76,11 @@ def search(design: Design, folder: Path, most: int) -> Progress:
     def confirm(found: Design) -> Result:
         return analyse_into(Case(found, mesh_error=True), folder, page=False, cad=False)
 
-    space, freedom = space_of(design, Freedom()), Freedom()
-    study = study_of(space)
-    with (
-        Trials(study, space.base, folder / "trials.jsonl", space.starts, space.near) as trials,
-        Cluster() as cluster,
-    ):
-        evaluated = evaluated_by(cluster, study)
-        found = find_passing(space, freedom, trials, evaluated, confirm, most, report, improved)
+    with Cluster() as cluster:
+        journal, evaluated = folder / "trials.jsonl", evaluated_by(cluster)
+        found = search_passing(
+            design, Freedom(), journal, evaluated, confirm, most, report, improved
+        )
     if found.best is not None:
         improved(found.best)
     show(message=f"{len(found.tried)} trials", conflict=found.conflict)

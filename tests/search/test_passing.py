@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fingerdesign_bench.any_finger.step_samples import sample_step
 
 from fingerdesign.analysis.shortfall import (
     GRIP_FORCE,
@@ -14,7 +15,7 @@ from fingerdesign.analysis.shortfall import (
     slip_shortfall,
 )
 from fingerdesign.analysis.verdicts import verdict_view
-from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Outcome, Traces
@@ -24,11 +25,17 @@ from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.passing.front import front_of
 from fingerdesign.search.passing.hands import BATCH, MOST_HANDS, STEP_FACTORS, hand_of, with_travel
 from fingerdesign.search.passing.page import passing_page
-from fingerdesign.search.passing.passing import find_passing, most_trials, study_of
+from fingerdesign.search.passing.passing import (
+    find_passing,
+    most_trials,
+    search_passing,
+    study_of,
+)
 from fingerdesign.search.passing.space import PASSING, Freedom, changes_between, space_of
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.study.values import Range
 from fingerdesign.search.study.variants import variant_of
+from tests.support.steps import read_here
 
 
 def study(rank, step=0.5):
@@ -406,6 +413,60 @@ def test_a_dome_that_falls_short_everywhere_is_judged_by_its_nearest(tmp_path, p
     assert len(short) > 1
     assert confirmed[0].plates.cover_mm == min(short)
     assert found.passes  # With the hand that was searched again on its own mesh.
+
+
+@pytest.mark.parametrize("keep", [(), ("body.shape",)])
+def test_an_arc_stands_in_for_a_body_of_which_none_passes(tmp_path, plane_strain, keep):
+    """Arcs pass and pins do not: the user learns it, unless he keeps the shape."""
+    design, arcs, pins, reports = load_design("pin"), Bench(), [], []
+
+    def evaluated(plan):
+        found = arcs(plan)
+        for k, job in enumerate(plan):
+            if isinstance(job, Job) and job.design.body.shape == "revolved":
+                pins.append(job.design)
+                found[k] = replace(found[k], metrics=found[k].metrics | {"shortfall": 0.7})
+        return found
+
+    found = search_passing(
+        design,
+        Freedom(keep=keep),
+        tmp_path / "t.jsonl",
+        evaluated,
+        lambda design: judged(plane_strain.result, 2.0),
+        report=reports.append,
+    )
+    if keep:
+        assert len(pins) > 6
+        assert found.space.given_up == found.given_up == ""
+        return
+    assert len(pins) <= 6
+    assert found.passes
+    assert found.best.design.body.shape == "arc"
+    assert "no revolved passes; an arc of its size is searched" in reports
+    assert '"revolved" passes' in found.given_up
+    assert found.given_up.replace('"', "&quot;") in passing_page(design, found)
+
+
+def test_trials_of_a_users_own_cad_are_made_on_an_arc_of_its_size(tmp_path, monkeypatch):
+    read_here(monkeypatch, tmp_path)
+    file = sample_step("filleted", 16.0, 12.0, 10.0, 1.5)
+    body = f'body = {{ shape = "step", step = {{ file = "{file}" }} }}'
+    stepped = parse_design(f'design.name = "mine"\nplates.count = 0\n{body}')
+    space = space_of(stepped, Freedom())
+    arc = space.on_arc(space.base)
+    assert arc.body.shape == "arc"
+    assert arc.body.step is None
+    assert (arc.body.width_mm, arc.body.depth_mm) == (stepped.body.width_mm, stepped.body.depth_mm)
+    conceded = space.as_arc(Freedom(), space.starts[:1])
+    assert conceded.given_up == "step"
+    assert {*conceded.parameters} - {*space.parameters} == {
+        "body.arc_radius_mm",
+        "body.base_height_mm",
+    }
+    made = variant_of(study_of(conceded), conceded.base, 1, conceded.starts[0])
+    assert made.design is not None, made.faults
+    assert space.as_arc(Freedom(keep=("body",)), ()) is None
 
 
 def test_hand_that_fails_on_the_own_mesh_is_searched_there(tmp_path, plane_strain):

@@ -35,9 +35,7 @@ from fingerdesign.search.passing.passing import (
     Candidate,
     Found,
     evaluated_by,
-    find_passing,
-    most_trials,
-    study_of,
+    search_passing,
 )
 from fingerdesign.search.passing.space import Freedom, changes_between, space_of
 from fingerdesign.search.run.cluster import Cluster
@@ -185,16 +183,13 @@ def optimise_design(
 ) -> int:
     """Search from DESIGN until every verdict passes; write the finger, its analysis and a page."""
     design = load_design(design_file)
-    space = space_of(design, freedom)
     name = f"{design.design.name[:_MOST_NAME]}-optimised"
     target, page, journal = (out / each for each in (name, f"{name}.html", f"{name}.trials.jsonl"))
     file = out / f"{name}.toml"
     refuse_foreign(RESULTS, target)
-    study = study_of(space)
-    most = most_trials(space) if trials is None else trials
+    space_of(design, freedom)  # Refuses unknown keys before processes start.
     text = file_text(design_file)
     with (
-        Trials(study, space.base, journal.absolute(), space.starts, space.near) as trials_on_disk,
         progress(design.design.name, not as_json()) as show,
         Cluster(setting.workers, setting.scheduler) as cluster,
     ):
@@ -206,9 +201,9 @@ def optimise_design(
         def improved(found: Candidate) -> None:
             write_whole(file, edited_text(text, design, _named(found.design, name), out))
 
-        evaluated = evaluated_by(cluster, study, setting.retry)
-        found = find_passing(
-            space, freedom, trials_on_disk, evaluated, confirm, most, show, improved
+        evaluated = evaluated_by(cluster, setting.retry)
+        found = search_passing(
+            design, freedom, journal.absolute(), evaluated, confirm, trials, show, improved
         )
         if found.best is not None:
             best = _named(found.best.design, name)
@@ -242,7 +237,7 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
     if best is not None and best.result is not None:
         # What a fix would change, the search has tried; it proposes no second search.
         say_block(replace(verdict_view(best.result, str(file)), fixes=()), target)
-    for words in filter(None, (found.conflict, found.note)):
+    for words in filter(None, (found.given_up, found.conflict, found.note)):
         say(words)
     for key, (old, new) in [*changes.items()][:_SHOWN]:
         say(f"  {key} = {new}" + ("" if old is None else f"   (was {old})"))
@@ -262,6 +257,7 @@ def _found_data(found: Found) -> dict[str, object]:
         "excluding": list(GOALS) if found.front.excludes else [],
         "front": found.front.best,
         "note": found.note,
+        "given_up": found.space.given_up,
     }
 
 

@@ -128,13 +128,11 @@ def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
         tuple(rows),
         frozenset({0}),
     )
-    if not found.space.replaced:
-        return [table]
     lost = ", ".join(found.space.replaced)
-    return [
-        Text(f"Given up, since one plain row of plates below a crown was searched: {lost}."),
-        table,
-    ]
+    words = [found.given_up] if found.given_up else []
+    if lost:
+        words += [f"Given up, since one plain row of plates below a crown was searched: {lost}."]
+    return [*map(Text, words), table]
 
 
 def _named(name: str) -> str:

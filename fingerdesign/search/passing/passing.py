@@ -1,18 +1,18 @@
 """Search from one design for a finger that passes all verdicts.
 
-    space = space_of(design, Freedom())
-    with Trials(study_of(space), space.base, journal, space.starts, space.near) as trials:
-        evaluated = evaluated_by(cluster, study_of(space))
-        found = find_passing(space, Freedom(), trials, evaluated, confirm, most)
+    found = search_passing(design, Freedom(), journal, evaluated, confirm)
 
 Trials judge the gages alone, on the swept model in 3-D: the hand does not change them. For a finger
 whose gages do, a hand is searched; then the whole finger is analysed on its own mesh, by default of
-tetrahedra, and judged as `analyse` judges it. The search ends with the first that passes.
+tetrahedra, and judged as `analyse` judges it. The search ends with the first that passes. Where no
+round body does, nor the user's own CAD, an arc of its size stands in for it.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.analysis.shortfall import GAGE_SIGNAL, GRIP_FORCE, LIFTS, SLIP_SENSING
@@ -40,11 +40,11 @@ from fingerdesign.search.passing.hands import (
     hand_of,
     with_travel,
 )
-from fingerdesign.search.passing.space import Freedom, Space
+from fingerdesign.search.passing.space import Freedom, Space, space_of
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job, Part
 from fingerdesign.search.run.run import FUNDAMENTAL, Planned, Store, run_jobs
-from fingerdesign.search.study.file import Cost, Study
+from fingerdesign.search.study.file import Cost, Limits, Study
 from fingerdesign.search.study.values import Choice, set_keys
 from fingerdesign.sensing.model import meshed_for_grips
 
@@ -57,6 +57,7 @@ _LIMIT_S = 900.0  # Of one trial.
 # for a whole analysis: other fingers would take longer to try. So are gages of a round body, which
 # are analysed on tetrahedra already.
 _SPARED = 0.04
+_MOST_SHORT = 4  # Round bodies whose gages fall short before arcs stand in for them.
 _BODIES = 2  # Round bodies analysed at once: each takes a minute or two on one core.
 _HANDS = MOST_HANDS + HANDS_AT_ONCE - 1  # They come in batches.
 # Sizes that a trial changes for speed; a hand is searched again with the design's own.
@@ -138,6 +139,23 @@ class Found:
         return self.best is not None and self.best.passes
 
     @property
+    def nearest(self) -> list[dict[str, Choice]]:
+        """Values of the trials that lack least, the best first."""
+        outcomes = sorted((each.outcomes[0] for each in self.tried), key=_order)
+        good = (each for each in outcomes if math.isfinite(_shortfall(each)))
+        return [dict(each.values) for each in itertools.islice(good, BATCH)]
+
+    @property
+    def given_up(self) -> str:
+        """A sentence on the shape that was given up; "" where none was."""
+        if not (shape := self.space.given_up):
+            return ""
+        return (
+            f'No finger of shape "{shape}" passes, so an arc of its size stands in for it; --keep '
+            "body.shape searches that shape alone."
+        )
+
+    @property
     def note(self) -> str:
         """A sentence of warning on the hand; "" where it is steady."""
         if self.best is None or not self.passes or self.best.hand.steady:
@@ -163,16 +181,50 @@ def study_of(space: Space) -> Study:
     )
 
 
-def evaluated_by(cluster: Cluster, study: Study, retry: bool = False) -> Evaluated:
+def evaluated_by(cluster: Cluster, retry: bool = False) -> Evaluated:
     """Outcomes of jobs from the user's store or a cluster. retry: again what failed for time."""
-    store = Store()
-    return lambda plan: run_jobs(plan, store, cluster, study.limits, retry=retry)
+    store, limits = Store(), Limits(time_s=_LIMIT_S)
+    return lambda plan: run_jobs(plan, store, cluster, limits, retry=retry)
 
 
 def most_trials(space: Space) -> int:
     """Number of trials by default: fewer where a trial needs a tetrahedral mesh."""
     mesher = mesher_of(meshed_for_grips(space.on_arc(space.base), "3d"))
     return SWEPT_TRIALS if mesher.sections else TETRAHEDRA_TRIALS
+
+
+def search_passing(
+    design: Design,
+    freedom: Freedom,
+    journal: Path,
+    evaluated: Evaluated,
+    confirm: Confirm,
+    most: int | None = None,
+    report: Report = lambda message: None,
+    improved: Callable[[Candidate], None] = lambda best: None,
+) -> Found:
+    """Search from a design; see :func:`find_passing`. An interrupted search goes on from its
+    journals.
+
+    most: trials of one shape; None: as many as :func:`most_trials`. Raises DesignError where
+    nothing can vary, and what the others raise.
+    """
+
+    def found(space: Space, file: Path, most: int, stand_in: bool) -> Found:
+        with Trials(study_of(space), space.base, file, space.starts, space.near) as trials:
+            return find_passing(
+                space, freedom, trials, evaluated, confirm, most, report, improved, stand_in
+            )
+
+    space = space_of(design, freedom)
+    most = most_trials(space) if most is None else most
+    arc = space.as_arc(freedom, ())
+    first = found(space, journal, most, arc is not None)
+    arc = space.as_arc(freedom, first.nearest)
+    if first.passes or arc is None:
+        return first
+    report(f"no {space.base.body.shape} passes; an arc of its size is searched")
+    return found(arc, journal.with_suffix(".arc.jsonl"), most, False)
 
 
 def find_passing(
@@ -184,13 +236,16 @@ def find_passing(
     most: int,
     report: Report = lambda message: None,
     improved: Callable[[Candidate], None] = lambda best: None,
+    stand_in: bool = False,
 ) -> Found:
     """Search until a finger passes, or ``most`` trials are done.
 
     evaluated: outcomes of jobs, in order. confirm: the whole analysis of a design. improved:
-    receives each new best finger. Raises what these raise.
+    receives each new best finger. stand_in: arcs are searched where no body passes, so few bodies
+    are tried. Raises what these raise.
     """
-    return _Run(space, freedom, trials, evaluated, confirm, report, improved).found(most)
+    run = _Run(space, freedom, trials, evaluated, confirm, report, improved, stand_in)
+    return run.found(most)
 
 
 @dataclass
@@ -204,6 +259,7 @@ class _Run:
     confirm: Confirm
     report: Report
     improved: Callable[[Candidate], None]
+    stand_in: bool
     tried: tuple[Tried, ...] = ()
     candidates: list[Candidate] = field(default_factory=list)
     judged: set[str] = field(default_factory=set)
@@ -211,7 +267,8 @@ class _Run:
     best_sensed: float = math.inf
 
     def found(self, most: int) -> Found:
-        if not self._passed(most) and not any(each.result for each in self.candidates):
+        passed = self._passed(most)
+        if not (passed or self.stand_in or any(each.result for each in self.candidates)):
             self._judge_nearest()
         return self._ended()
 
@@ -253,6 +310,8 @@ class _Run:
         confirmed = sum(each.result is not None for each in self.candidates)
         # A round body whose gages fall short takes half of the time of one that is given a hand.
         short = sum(each.hand is NO_HAND for each in self.candidates)
+        if self.stand_in and short >= _MOST_SHORT:
+            return True
         return confirmed >= _MOST_CONFIRMED or len(self.candidates) - 0.5 * short >= _MOST_GRIPPED
 
     def _best_words(self) -> str:

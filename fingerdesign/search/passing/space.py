@@ -9,6 +9,7 @@ import difflib
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -53,6 +54,7 @@ _COUNTS = (7, 15)
 _FEWER = (9, 7, 5, 3)
 _ARC = (0.6, 5.0)  # Radius over width: a half circle, and nearly flat.
 _ROUND = ("arc", "dome", "revolved")  # Shapes with a radius.
+_SIZES = ("width", "depth", "base_height")
 _HEIGHT = (0.6, 1.25)  # Times the design's own.
 _FLAT_DOME = 10.0  # Radius along z over depth: plates lie as in an arc, which can be swept.
 # Of a body's depth: plates below a dome end before it falls too far. The longest that fits.
@@ -102,7 +104,8 @@ class Space:
 
     base: the design with the fixed changes. starts: values of all parameters, the design's own
     first where they lie in the ranges. arc_first: trials are made on an arc of the same section,
-    and those that are good again on the body itself.
+    and those that are good again on the body itself. given_up: the shape that this arc stands in
+    for, since no body of it passed.
     """
 
     base: Design
@@ -110,22 +113,44 @@ class Space:
     starts: tuple[dict[str, Choice], ...]
     replaced: tuple[str, ...] = ()
     arc_first: bool = False
+    given_up: str = ""
 
     def on_arc(self, design: Design) -> Design:
-        """The finger that a trial analyses: of a round body the arc of the same section."""
+        """The finger that a trial analyses: of a round body the arc of the same section, of the
+        user's own CAD an arc of its size."""
         if not self.arc_first:
             return design
+        body, span = design.body, design.plates.span_mm
         arc: dict[str, object] = {"body.shape": "arc", "body.dome_radius_mm": None}
-        span = design.plates.span_mm
-        if design.body.shape == "revolved" and span is not None:
+        if body.shape == "step":
+            known = load_design(PASSING[0]).body
+            radius = body.width_mm / known.width_mm * known.arc_radius_mm
+            own = {f"body.{key}_mm": getattr(body, f"{key}_mm") for key in _SIZES}
+            arc |= {"body.step": None, "body.arc_radius_mm": radius, **own}
+        tries = [arc]
+        if body.shape == "revolved" and span is not None:
             # A pin touches on a circle, about as wide as an arc that is as deep as its plates. Six
             # fingers of one pin rank by such arcs as they do themselves, by full ones they do not;
             # four of a dome are nearer to full ones.
-            try:
-                return with_values(design, arc | {"body.depth_mm": span})
-            except DesignError:
-                pass  # Its core or its edges need more depth.
-        return with_values(design, arc)
+            tries.insert(0, arc | {"body.depth_mm": span})
+        for values in tries:
+            with suppress(DesignError):  # Its core or its edges may need more depth.
+                return with_values(design, values)
+        return design
+
+    def as_arc(self, freedom: Freedom, best: Sequence[Mapping[str, Choice]]) -> "Space | None":
+        """The space of arcs that stand in for bodies of which none passes, ``best`` the first
+        trials; None where the user keeps the shape, or trials were no arcs."""
+        if not (self.arc_first and freedom.allows("body.shape")):
+            return None
+        base = self.on_arc(self.base)
+        if base.body.shape != "arc":
+            return None
+        parameters = dict(_parameters(base, freedom))
+        own = _own_values(base, parameters)
+        starts = tuple({key: each.get(key, own[key]) for key in parameters} for each in best)
+        given_up = self.base.body.shape
+        return Space(base, parameters, starts or (own,), self.replaced, given_up=given_up)
 
     def sound(self, values: Mapping[str, Choice]) -> bool:
         """True if a finger with the values can exist."""
@@ -182,7 +207,7 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     if not parameters:
         fault = Fault("--keep", ", ".join(freedom.keep), "some key left to vary", "keep fewer keys")
         raise DesignError([fault], design.design.name)
-    arc_first = flat_dome or base.body.shape == "revolved"
+    arc_first = flat_dome or base.body.shape in ("revolved", "step")
     space = Space(base, parameters, (), replaced, arc_first)
     starts = [_own_values(base, parameters)]
     for name in PASSING:
