@@ -83,7 +83,8 @@ def search(design: Design, folder: Path, most: int) -> Progress:
         )
     if found.best is not None:
         improved(found.best)
-    show(message=f"{len(found.tried)} trials", conflict=found.conflict)
+    words = filter(None, (f"{len(found.tried)} trials", found.given_up))
+    show(message=". ".join(words), conflict=found.conflict)
     return now
 
 

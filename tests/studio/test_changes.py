@@ -1,6 +1,7 @@
 """Changes of the studio's design: controls, remedies, starts, undo, and the best of a search."""
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.verdict import Fix, Verdict, VerdictView
 from fingerdesign.search.passing.passing import Candidate, Found
+from fingerdesign.search.passing.space import space_of
 from fingerdesign.studio import passing
 from fingerdesign.studio.history import History, State
 from fingerdesign.studio.judge import PLANE, SPACE, judged
@@ -224,13 +226,14 @@ def test_a_search_writes_its_best_so_far_and_ends_with_it(monkeypatch, tmp_path)
     )  # fmt: skip
     seen = []
 
-    def find(space, freedom, trials, evaluated, confirm, most, report, improved):
+    def find(design, freedom, journal, evaluated, confirm, most, report, improved):
         report("trial 4 of 7")
         improved(Candidate(better, sensed))
         seen.append(pickle.loads((tmp_path / "progress.pkl").read_bytes()))
+        space = replace(space_of(design, freedom), given_up="dome")
         return Found(space, (), (), None, "goals exclude each other")
 
-    monkeypatch.setattr(passing, "find_passing", find)
+    monkeypatch.setattr(passing, "search_passing", find)
     end = passing.search(design, tmp_path, 7)
     assert seen[0].message == "trial 4 of 7"
     assert seen[0].best == end.best == better
@@ -241,6 +244,7 @@ def test_a_search_writes_its_best_so_far_and_ends_with_it(monkeypatch, tmp_path)
         ("·", "lifts"),
     ]
     assert end.conflict == "goals exclude each other"
+    assert end.message.startswith('0 trials. No finger of shape "dome" passes')
 
 
 def test_a_search_that_was_stopped_is_no_failure():
