@@ -5,7 +5,7 @@
 Trials judge the gages alone, on the swept model in 3-D: the hand does not change them. For a finger
 whose gages do, a hand is searched; then the whole finger is analysed on its own mesh, by default of
 tetrahedra, and judged as `analyse` judges it. The search ends with the first that passes. Where no
-round body does, nor the user's own CAD, an arc of its size stands in for it.
+round body does, nor the user's own CAD, an arc of its size replaces it.
 """
 
 import itertools
@@ -151,7 +151,7 @@ class Found:
         if not (shape := self.space.given_up):
             return ""
         return (
-            f'No finger of shape "{shape}" passes, so an arc of its size stands in for it; --keep '
+            f'No finger of shape "{shape}" passes, so an arc of its size replaces it; --keep '
             "body.shape searches that shape alone."
         )
 
