@@ -60,8 +60,18 @@ fingerdesign/search/passing/passing.py | tests/search/test_passing.py
 
 optimise: the arc of a pin is as deep as the pin
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
-- return with_values(design, arc | {"body.depth_mm": span})
-+ return with_values(design, arc)
+- tries.insert(0, arc | {"body.depth_mm": span})
++ tries.insert(0, arc)
+
+optimise: many bodies are tried though an arc may replace them
+fingerdesign/search/passing/passing.py | tests/search/test_passing.py
+- if self.stand_in and short >= _MOST_SHORT:
++ if self.stand_in and short >= 8 * _MOST_SHORT:
+
+optimise: the arc that replaces a body begins anywhere
+fingerdesign/search/passing/space.py | tests/search/test_passing.py
+- starts = tuple({key: each.get(key, own[key]) for key in parameters} for each in best)
++ starts = (own,)
 
 friction law: the cap is left out
 fingerdesign/shapes/friction.py | tests/contact/test_friction_laws.py
