@@ -65,13 +65,23 @@ fingerdesign/search/passing/space.py | tests/search/test_passing.py
 
 optimise: many bodies are tried though an arc may replace them
 fingerdesign/search/passing/passing.py | tests/search/test_passing.py
-- if self.stand_in and short >= _MOST_SHORT:
-+ if self.stand_in and short >= 8 * _MOST_SHORT:
+- if not self.last and short >= _MOST_SHORT:
++ if not self.last and short >= 8 * _MOST_SHORT:
 
 optimise: the arc that replaces a body begins anywhere
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
-- starts = tuple({key: each.get(key, own[key]) for key in parameters} for each in best)
-+ starts = (own,)
+- starts = _sound_starts(space, [*again[:_AGAIN], *_starts(base, space.parameters)])
++ starts = _sound_starts(space, _starts(base, space.parameters))
+
+optimise: a core is given up though gages are good with it
+fingerdesign/search/passing/space.py | tests/search/test_passing.py
+- if base.body.core is not None and freedom.allows("body.core") and not good:
++ if base.body.core is not None and freedom.allows("body.core"):
+
+optimise: the radius of a similar finger goes with its width
+fingerdesign/search/passing/space.py | tests/search/test_passing.py
+- powers = {key: 1 for key in _LENGTHS} | {"body.arc_radius_mm": 2}
++ powers = {key: 1 for key in _LENGTHS} | {"body.arc_radius_mm": 1}
 
 friction law: the cap is left out
 fingerdesign/shapes/friction.py | tests/contact/test_friction_laws.py

@@ -257,7 +257,7 @@ def _found_data(found: Found) -> dict[str, object]:
         "excluding": list(GOALS) if found.front.excludes else [],
         "front": found.front.best,
         "note": found.note,
-        "given_up": found.space.given_up,
+        "given_up": list(found.space.given_up),
     }
 
 

@@ -8,7 +8,6 @@ tetrahedra, and judged as `analyse` judges it. The search ends with the first th
 round body does, nor the user's own CAD, an arc of its size replaces it.
 """
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -57,7 +56,9 @@ _LIMIT_S = 900.0  # Of one trial.
 # for a whole analysis: other fingers would take longer to try. So are gages of a round body, which
 # are analysed on tetrahedra already.
 _SPARED = 0.04
-_MOST_SHORT = 4  # Round bodies whose gages fall short before arcs stand in for them.
+# A search ends after so many round bodies whose gages fall short, or trials of which none is good,
+# where a plainer finger is searched next.
+_MOST_SHORT, _MOST_POOR = 4, 20
 _BODIES = 2  # Round bodies analysed at once: each takes a minute or two on one core.
 _HANDS = MOST_HANDS + HANDS_AT_ONCE - 1  # They come in batches.
 # Sizes that a trial changes for speed; a hand is searched again with the design's own.
@@ -139,20 +140,16 @@ class Found:
         return self.best is not None and self.best.passes
 
     @property
-    def nearest(self) -> list[dict[str, Choice]]:
-        """Values of the trials that lack least, the best first."""
-        outcomes = sorted((each.outcomes[0] for each in self.tried), key=_order)
-        good = (each for each in outcomes if math.isfinite(_shortfall(each)))
-        return [dict(each.values) for each in itertools.islice(good, BATCH)]
-
-    @property
     def given_up(self) -> str:
-        """A sentence on the shape that was given up; "" where none was."""
-        if not (shape := self.space.given_up):
+        """A sentence on what was given up; "" where nothing was."""
+        keys = self.space.given_up
+        if not keys:
             return ""
+        kept = " ".join(f"--keep {key}" for key in keys)
+        names, kept = " and ".join(keys), " ".join(f"--keep {key}" for key in keys)
         return (
-            f'No finger of shape "{shape}" passes, so an arc of its size replaces it; --keep '
-            "body.shape searches that shape alone."
+            f"No finger was found that passes with your {names}, so this was given up. {kept} "
+            "searches further with it."
         )
 
     @property
@@ -210,21 +207,21 @@ def search_passing(
     nothing can vary, and what the others raise.
     """
 
-    def found(space: Space, file: Path, most: int, stand_in: bool) -> Found:
+    def found(space: Space, file: Path, most: int | None, last: bool) -> Found:
         with Trials(study_of(space), space.base, file, space.starts, space.near) as trials:
             return find_passing(
-                space, freedom, trials, evaluated, confirm, most, report, improved, stand_in
+                *(space, freedom, trials, evaluated, confirm),
+                *(most_trials(space) if most is None else most, report, improved, last),
             )
 
     space = space_of(design, freedom)
-    most = most_trials(space) if most is None else most
-    arc = space.as_arc(freedom, ())
-    first = found(space, journal, most, arc is not None)
-    arc = space.as_arc(freedom, first.nearest)
-    if first.passes or arc is None:
+    first = found(space, journal, most, space.plainer(freedom) is None)
+    outcomes = [each.outcomes[0] for each in first.tried]
+    plainer = None if first.passes else space.plainer(freedom, sorted(outcomes, key=_order))
+    if plainer is None:
         return first
-    report(f"no {space.base.body.shape} passes; an arc of its size is searched")
-    return found(arc, journal.with_suffix(".arc.jsonl"), most, False)
+    report(f"no finger passes with your {' and '.join(plainer.given_up)}")
+    return found(plainer, journal.with_suffix(".plainer.jsonl"), most, True)
 
 
 def find_passing(
@@ -236,15 +233,15 @@ def find_passing(
     most: int,
     report: Report = lambda message: None,
     improved: Callable[[Candidate], None] = lambda best: None,
-    stand_in: bool = False,
+    last: bool = True,
 ) -> Found:
     """Search until a finger passes, or ``most`` trials are done.
 
     evaluated: outcomes of jobs, in order. confirm: the whole analysis of a design. improved:
-    receives each new best finger. stand_in: arcs are searched where no body passes, so few bodies
-    are tried. Raises what these raise.
+    receives each new best finger. last: False where a plainer space is searched after this one, so
+    that this one ends sooner. Raises what these raise.
     """
-    run = _Run(space, freedom, trials, evaluated, confirm, report, improved, stand_in)
+    run = _Run(space, freedom, trials, evaluated, confirm, report, improved, last)
     return run.found(most)
 
 
@@ -259,7 +256,7 @@ class _Run:
     confirm: Confirm
     report: Report
     improved: Callable[[Candidate], None]
-    stand_in: bool
+    last: bool
     tried: tuple[Tried, ...] = ()
     candidates: list[Candidate] = field(default_factory=list)
     judged: set[str] = field(default_factory=set)
@@ -268,7 +265,7 @@ class _Run:
 
     def found(self, most: int) -> Found:
         passed = self._passed(most)
-        if not (passed or self.stand_in or any(each.result for each in self.candidates)):
+        if self.last and not (passed or any(each.result for each in self.candidates)):
             self._judge_nearest()
         return self._ended()
 
@@ -285,6 +282,8 @@ class _Run:
                     return True
                 if self._given_up():
                     return False
+            if not (self.last or self.candidates) and count >= _MOST_POOR:
+                return False
         return False
 
     def _judge_nearest(self) -> None:
@@ -310,7 +309,7 @@ class _Run:
         confirmed = sum(each.result is not None for each in self.candidates)
         # A round body whose gages fall short takes half of the time of one that is given a hand.
         short = sum(each.hand is NO_HAND for each in self.candidates)
-        if self.stand_in and short >= _MOST_SHORT:
+        if not self.last and short >= _MOST_SHORT:
             return True
         return confirmed >= _MOST_CONFIRMED or len(self.candidates) - 0.5 * short >= _MOST_GRIPPED
 
