@@ -472,6 +472,8 @@ def test_trials_of_a_users_own_cad_are_made_on_an_arc_of_its_size(tmp_path, monk
     }
     made = variant_of(study_of(conceded), conceded.base, 1, conceded.starts[0])
     assert made.design is not None, made.faults
+    assert conceded.base.plates.span_mm == space.base.plates.span_mm
+    assert space.plainer(Freedom()).base.plates.span_mm is None
     assert space.plainer(Freedom(keep=("body",))) is None
 
 

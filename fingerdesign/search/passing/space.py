@@ -162,6 +162,8 @@ class Space:
             given_up += ["body.core"]
         if not given_up:
             return None
+        if base.body.straight and not good and freedom.allows("plates.span_mm"):
+            base = with_values(base, {"plates.span_mm": None})  # Nothing falls off at their ends.
         arc_first = self.arc_first and "body.shape" not in given_up
         space = Space(base, dict(_parameters(base, freedom)), (), self.replaced, arc_first)
         own = _own_values(base, space.parameters)
