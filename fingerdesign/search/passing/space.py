@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.checks.load import judge_data, load_design, with_values
+from fingerdesign.design.body import Body
 from fingerdesign.design.io import design_data
 from fingerdesign.design.keys import leaves, set_value
 from fingerdesign.design.schema import Design
@@ -56,12 +57,19 @@ _FEWER = (9, 7, 5, 3)
 _ARC = (0.6, 5.0)  # Radius over width: a half circle, and nearly flat.
 _ROUND = ("arc", "dome", "revolved")  # Shapes with a radius.
 _LENGTHS = (
-    "body.base_height_mm",
+    *("body.base_height_mm", "body.depth_mm"),
     *("plates.pitch_mm", "plates.length_mm", "plates.cover_mm", "plates.thickness_mm"),
 )
 _AGAIN = 4  # Trials of a shape that was given up which are made again.
+_DEPTH = 0.4  # Of the width. Deep fingers follow less well: film_tees 0.97, 22 mm deep 0.70.
+# What becomes smaller with the body, and with which of its measures.
+_FOLLOWING = (
+    ("plates.span_mm", "body.depth_mm"),
+    ("body.core.depth_mm", "body.depth_mm"),
+    ("body.core.height_mm", "body.base_height_mm"),
+)
 _SIZES = ("width", "depth", "base_height")
-_HEIGHT = (0.6, 1.25)  # Times the design's own.
+_HEIGHT = (0.6, 1.25)  # Times the design's own; down to that of a similar finger that passes.
 _FLAT_DOME = 10.0  # Radius along z over depth: plates lie as in an arc, which can be swept.
 # Of a body's depth: plates below a dome end before it falls too far. The longest that fits.
 _SPANS = (0.6, 0.45, 0.3)
@@ -344,20 +352,22 @@ def _fixed(design: Design, freedom: Freedom) -> dict[str, object]:
 
 def _parameters(design: Design, freedom: Freedom) -> Iterator[tuple[str, Parameter]]:
     """Each key with its range, wide enough for the design's own value."""
-    for key, parameter in _of_body(design):
-        if freedom.allows(key):
-            yield key, parameter
+    body = {key: each for key, each in _of_body(design) if freedom.allows(key)}
+    yield from body.items()
     for key, parameter in _of_plates(design):
         if freedom.allows(key):
             yield key, parameter
     if freedom.allows("gages.length_mm") and freedom.allows("plates.length_mm"):
         yield "gages.length_mm / plates.length_mm", (_GAGE_SHARE,)
+    for part, whole in _FOLLOWING:
+        share = _value(design, f"{part} / {whole}")
+        if share is not None and whole in body and freedom.allows(part):
+            yield f"{part} / {whole}", (float(f"{share:.3g}"),)
     for key in freedom.free:
         value = value_of(design, key)
         if value:
             ends = sorted((_FREED[0] * value, _FREED[1] * value))
-            whole = isinstance(value, int)
-            low, high = (round(each) if whole else each for each in ends)
+            low, high = (round(each) if isinstance(value, int) else each for each in ends)
             yield key, Range(low=low, high=high if high > low else low + 1)
 
 
@@ -368,7 +378,17 @@ def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
         yield "body.arc_radius_mm", _stepped(body.width_mm, _ARC, body.arc_radius_mm, 0.5)
     if body.shape in (*_ROUND, "block"):
         height = body.base_height_mm
-        yield "body.base_height_mm", _stepped(height, _HEIGHT, height, 0.1)
+        similar = min(each.base_height_mm / each.width_mm for each in _passing_bodies())
+        low = min(_HEIGHT[0], similar * body.width_mm / height)
+        yield "body.base_height_mm", _stepped(height, (low, _HEIGHT[1]), height, 0.1)
+    shallow = math.floor((body.depth_mm - _DEPTH * body.width_mm) / 0.1)
+    if body.shape in ("arc", "dome", "block") and shallow > 0:
+        low = body.depth_mm - 0.1 * shallow
+        yield "body.depth_mm", Range(low=round(low, 6), high=body.depth_mm, step=0.1)
+
+
+def _passing_bodies() -> list[Body]:
+    return [load_design(name).body for name in PASSING]
 
 
 def _of_plates(design: Design) -> Iterator[tuple[str, Parameter]]:
@@ -401,10 +421,10 @@ def _like(
     """A finger that passes, at the design's own size.
 
     similar: all lengths in proportion to the width. The fundamental case presses every finger
-    equally far, so that the contact is in proportion too where the radius goes with the square.
-    Without cores, the worst rank correlation of such fingers is 0.80 to 0.93 for widths of 10 to
-    16 mm. Else plates and height stay, which suits others: the random finger 5, with a core, has
-    0.75, and -0.22 with the similar one.
+    equally far, so that the contact is in proportion too where the radius goes with the square. The
+    worst rank correlations of five such fingers, 10 to 16 mm wide, are 0.92 to 0.97; as deep as
+    their designs, 8 to 14 mm, 0.46 to 0.86. Else plates, height and depth stay, which suits some
+    fingers with a core: the random finger 5 has 0.75, and -0.22 with the similar height.
     """
     values = _own_values(known, parameters)
     size = design.body.width_mm / known.body.width_mm
@@ -414,8 +434,8 @@ def _like(
             own = float(_value(known, key))
             values[key] = _inside(parameters[key], size ** powers[key] * own)
     else:
-        if "body.base_height_mm" in parameters:
-            values["body.base_height_mm"] = design.body.base_height_mm
+        for key in parameters.keys() & {"body.base_height_mm", "body.depth_mm"}:
+            values[key] = _value(design, key)
         flat = _flat(design, known)
         values |= {key: _inside(parameters[key], flat[key]) for key in flat if key in parameters}
     if "plates.count" in parameters:
@@ -429,7 +449,8 @@ def _value(design: Design, key: str) -> Any:
     part, whole = split_share(key)
     if not whole:
         return value_of(design, part)
-    return value_of(design, part) / value_of(design, whole)
+    own = value_of(design, part)
+    return None if own is None else own / value_of(design, whole)
 
 
 def _inside(parameter: Parameter, value: Any) -> Choice:
