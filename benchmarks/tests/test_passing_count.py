@@ -18,7 +18,7 @@ def test_rows_replace_those_of_the_same_finger_and_stand_in_order(tmp_path):
     record = tmp_path / "passing.csv"
     record.write_text("finger\n", encoding="utf-8")
     for finger, outcome in (("7", "fails"), ("tees", "passes"), ("7", "passes")):
-        passing._record(record, (finger, "arc", outcome, "1", "2", "", "2026-11-27"))
+        passing._record(record, (finger, "arc", outcome, "", "1", "2", "", "2026-11-27"))
     with record.open(encoding="utf-8", newline="") as stream:
         headings, *rows = csv.reader(stream)
     assert headings == list(passing.HEADINGS)
@@ -26,15 +26,19 @@ def test_rows_replace_those_of_the_same_finger_and_stand_in_order(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("printed", "reason"),
+    ("printed", "facts"),
     [
-        ('trial 4\rtrial 8\n{"passes": false, "conflict": "No hand lifts."}\n', "No hand lifts."),
-        ("no such design\n", "no such design"),
-        ("", ""),
+        (
+            'trial 4\rtrial 8\n{"given_up": [], "conflict": "No hand lifts."}\n',
+            ("", "No hand lifts."),
+        ),
+        ('{"given_up": ["body.shape", "body.core"], "conflict": ""}', ("body.shape body.core", "")),
+        ("no such design\n", ("", "no such design")),
+        ("", ("", "")),
     ],
 )
-def test_the_reason_is_the_searchs_own(printed, reason):
-    assert passing._reason(printed) == reason
+def test_facts_are_the_searchs_own(printed, facts):
+    assert passing._facts(printed) == facts
 
 
 def test_the_record_has_each_finger_once():

@@ -35,7 +35,7 @@ SHIPPED = (
     *("homogeneous", "block", "boned", "domed", "both_ways", "pin"),
 )
 ALL = (*SHIPPED, *map(str, range(20)))
-HEADINGS = ("finger", "body", "outcome", "seconds", "core seconds", "reason", "date")
+HEADINGS = ("finger", "body", "outcome", "gives up", "seconds", "core seconds", "reason", "date")
 Row = tuple[str, ...]
 
 
@@ -63,13 +63,15 @@ def searched(finger: str, folder: Path) -> Row:
         ended = False
         printed = _interrupted(process)
     outcome = {0: "passes", 1: "fails"}.get(process.returncode, "ends with an error")
+    given_up, reason = _facts(printed)
     return (
         finger,
         body,
         outcome if ended else "not ended",
+        given_up,
         f"{time.monotonic() - begun:.0f}",
         f"{_core_seconds() - before:.0f}",
-        "" if ended and outcome == "passes" else _reason(printed),
+        reason,
         datetime.now(UTC).date().isoformat(),
     )
 
@@ -84,11 +86,14 @@ def _interrupted(process: subprocess.Popen[str]) -> str:
         return process.communicate()[0]
 
 
-def _reason(printed: str) -> str:
-    """Why none passes, in the search's own words; else its last line."""
+def _facts(printed: str) -> tuple[str, str]:
+    """Keys that the search gave up, and why none passes, in its own words; else its last line."""
     lines = [line.strip() for line in printed.replace("\r", "\n").splitlines() if line.strip()]
     last = lines[-1] if lines else ""
-    return str(json.loads(last)["conflict"]) if last.startswith("{") else last
+    if not last.startswith("{"):
+        return "", last
+    found = json.loads(last)
+    return " ".join(found["given_up"]), str(found["conflict"])
 
 
 def _core_seconds() -> float:
