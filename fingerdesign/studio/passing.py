@@ -18,13 +18,10 @@ from fingerdesign.records.result import Result
 from fingerdesign.records.verdict import VerdictView
 from fingerdesign.runtime.files import scratch, write_whole
 from fingerdesign.runtime.isolate import Worker
-from fingerdesign.search.passing.passing import (
-    Candidate,
-    evaluated_by,
-    most_trials,
-    search_passing,
-)
-from fingerdesign.search.passing.space import Freedom, space_of
+from fingerdesign.search.passing.found import Candidate
+from fingerdesign.search.passing.freedom import Freedom
+from fingerdesign.search.passing.passing import evaluated_by, most_trials, search_passing
+from fingerdesign.search.passing.space import space_of
 from fingerdesign.search.run.cluster import Cluster
 
 _FILE = "progress.pkl"  # A pickle knows which keys the design states; JSON would state all.

@@ -19,7 +19,7 @@ from fingerdesign.search.passing.atlas import (
     source_of,
     unmet,
 )
-from fingerdesign.search.passing.space import PASSING
+from fingerdesign.search.passing.ranges import PASSING
 
 NAMES = [each.name for each in atlas().entries]
 

@@ -22,6 +22,7 @@ from fingerdesign.records.outcome import Outcome, Traces
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
 from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import front_of
 from fingerdesign.search.passing.hands import BATCH, MOST_HANDS, STEP_FACTORS, hand_of, with_travel
 from fingerdesign.search.passing.page import passing_page
@@ -31,7 +32,8 @@ from fingerdesign.search.passing.passing import (
     search_passing,
     study_of,
 )
-from fingerdesign.search.passing.space import PASSING, Freedom, changes_between, space_of
+from fingerdesign.search.passing.ranges import PASSING
+from fingerdesign.search.passing.space import changes_between, space_of
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.study.values import Range
 from fingerdesign.search.study.variants import variant_of
@@ -160,7 +162,9 @@ def similar(name):
     """The base of a search, and its first trial with the proportions of a finger that passes."""
     space = space_of(load_design(name), Freedom())
     design = variant_of(study_of(space), space.base, 1, space.starts[1]).design
-    assert design.body.depth_mm == pytest.approx(10.0 / 22.0 * design.body.width_mm, abs=0.1)
+    size, known = design.body.width_mm / 22.0, load_design(PASSING[0]).body
+    assert design.body.depth_mm == pytest.approx(size * known.depth_mm, abs=0.1)
+    assert design.body.arc_radius_mm == pytest.approx(size**2 * known.arc_radius_mm, abs=0.5)
     return space.base, design
 
 

@@ -13,7 +13,7 @@ from fingerdesign.design.starter import starter_text
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.verdict import Fix, Verdict, VerdictView
-from fingerdesign.search.passing.passing import Candidate, Found
+from fingerdesign.search.passing.found import Candidate, Found
 from fingerdesign.search.passing.space import space_of
 from fingerdesign.studio import passing
 from fingerdesign.studio.history import History, State

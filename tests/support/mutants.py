@@ -54,9 +54,9 @@ fingerdesign/search/passing/passing.py | tests/search/test_passing.py
 + found = self.evaluated(jobs)
 
 optimise: fingers with good gages are taken as they come
-fingerdesign/search/passing/passing.py | tests/search/test_passing.py
-- return _shortfall(outcome), -(outcome.metrics.get("area_correlation") or 0.0)
-+ return _shortfall(outcome), 0.0
+fingerdesign/search/passing/found.py | tests/search/test_passing.py
+- return shortfall_of(outcome), -(outcome.metrics.get("area_correlation") or 0.0)
++ return shortfall_of(outcome), 0.0
 
 optimise: the arc of a pin is as deep as the pin
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
@@ -70,8 +70,8 @@ fingerdesign/search/passing/passing.py | tests/search/test_passing.py
 
 optimise: the arc that replaces a body begins anywhere
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
-- starts = _sound_starts(space, [*again[:_AGAIN], *_starts(base, space.parameters)])
-+ starts = _sound_starts(space, _starts(base, space.parameters))
+- starts = _sound_starts(space, [*again[:_AGAIN], *starts_of(base, space.parameters)])
++ starts = _sound_starts(space, starts_of(base, space.parameters))
 
 optimise: a core is given up though gages are good with it
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
@@ -79,9 +79,14 @@ fingerdesign/search/passing/space.py | tests/search/test_passing.py
 + if base.body.core is not None and freedom.allows("body.core"):
 
 optimise: the radius of a similar finger goes with its width
-fingerdesign/search/passing/space.py | tests/search/test_passing.py
-- powers = {key: 1 for key in _LENGTHS} | {"body.arc_radius_mm": 2}
-+ powers = {key: 1 for key in _LENGTHS} | {"body.arc_radius_mm": 1}
+fingerdesign/search/passing/ranges.py | tests/search/test_passing.py
+- powers = dict.fromkeys(_LENGTHS, 1) | {"body.arc_radius_mm": 2}
++ powers = dict.fromkeys(_LENGTHS, 1) | {"body.arc_radius_mm": 1}
+
+optimise: a core stays as deep as it was in a shallower body
+fingerdesign/search/passing/ranges.py | tests/search/test_passing.py
+- ("body.core.depth_mm", "body.depth_mm"),
++ ("body.core.depth_mm", "body.width_mm"),
 
 friction law: the cap is left out
 fingerdesign/shapes/friction.py | tests/contact/test_friction_laws.py

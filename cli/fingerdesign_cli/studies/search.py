@@ -29,15 +29,12 @@ from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless,
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import journal_path, tables, verdict, write_optimised
 from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.passing.found import Candidate, Found
+from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import GOALS
 from fingerdesign.search.passing.page import write_page
-from fingerdesign.search.passing.passing import (
-    Candidate,
-    Found,
-    evaluated_by,
-    search_passing,
-)
-from fingerdesign.search.passing.space import Freedom, changes_between, space_of
+from fingerdesign.search.passing.passing import evaluated_by, search_passing
+from fingerdesign.search.passing.space import changes_between, space_of
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.run import (
     TRANSIENT,

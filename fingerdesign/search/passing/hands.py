@@ -23,7 +23,7 @@ from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.passing.space import PASSING
+from fingerdesign.search.passing.ranges import PASSING
 from fingerdesign.search.run.hand import RULE, STEPS
 from fingerdesign.trials.tuning import ranges_of
 

@@ -15,9 +15,9 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.report import style
 from fingerdesign.report.page import Item, Page, Section, Text, page_html
 from fingerdesign.report.table import Table, value_text
+from fingerdesign.search.passing.found import Found
 from fingerdesign.search.passing.front import GOALS, pair_of
 from fingerdesign.search.passing.hands import WIDEST_STEPS
-from fingerdesign.search.passing.passing import Found
 from fingerdesign.search.passing.space import changes_between
 from fingerdesign.search.study.metrics import METRICS
 

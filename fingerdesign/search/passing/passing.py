@@ -9,37 +9,34 @@ round body does, nor the user's own CAD, an arc of its size replaces it.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
-from fingerdesign.analysis.shortfall import GAGE_SIGNAL, GRIP_FORCE, LIFTS, SLIP_SENSING
-from fingerdesign.analysis.verdicts import (
-    GOOD_CORRELATION,
-    NONE_SEEN,
-    two_digits,
-    verdict_view,
-)
+from fingerdesign.analysis.shortfall import GRIP_FORCE, LIFTS
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
-from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.front import Front, front_of
+from fingerdesign.search.passing.found import (
+    Candidate,
+    Found,
+    conflicts_of,
+    order_of,
+    shortfall_of,
+)
+from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.hands import BATCH as HANDS_AT_ONCE
 from fingerdesign.search.passing.hands import (
     MOST_HANDS,
     NO_HAND,
-    WIDEST_STEPS,
-    Hand,
     hand_of,
     with_travel,
 )
-from fingerdesign.search.passing.space import Freedom, Space, space_of
+from fingerdesign.search.passing.space import Space, space_of
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job, Part
 from fingerdesign.search.run.run import FUNDAMENTAL, Planned, Store, run_jobs
@@ -75,93 +72,6 @@ _SHARE = "gages.area_share"  # No parameter: the best is known from any analysis
 Evaluated = Callable[[Sequence[Planned]], Sequence[Outcome]]
 Confirm = Callable[[Design], Result]
 Report = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A finger with its hand: the design, what its trial found, and what the whole analysis found.
-
-    hand: NO_HAND before one was searched. result: None where the hand was not good enough for one.
-    """
-
-    design: Design
-    sensed: Outcome
-    hand: Hand = NO_HAND
-    result: Result | None = None
-
-    @property
-    def view(self) -> VerdictView:
-        """The verdicts of the whole analysis; before it, those on the gages by the trial."""
-        if self.result is not None:
-            return verdict_view(self.result)
-        verdicts = tuple(_of_trial(self.sensed))
-        name, seconds = self.design.design.name, self.sensed.seconds or 0.0
-        return VerdictView(name, "trial in 3-D", seconds, verdicts)
-
-    @property
-    def failing(self) -> tuple[str, ...]:
-        """Names of the verdicts that do not pass in the whole analysis."""
-        if self.result is None:
-            return ()
-        view = self.view
-        if view.failure:
-            return ("the analysis failed",)
-        judged = [each for each in view.verdicts if each.status != "note"]
-        return tuple(each.name for each in judged if each.status != "pass")
-
-    @property
-    def passes(self) -> bool:
-        """True if the whole analysis was made and every verdict passes."""
-        return self.result is not None and not self.failing
-
-
-@dataclass(frozen=True)
-class Found:
-    """Result of the search: all trials, all candidates, the one to take (None: no finger at all).
-
-    conflict: why none passes, in a sentence; "" where one does.
-    """
-
-    space: Space
-    tried: tuple[Tried, ...]
-    candidates: tuple[Candidate, ...] = ()
-    best: Candidate | None = None
-    conflict: str = ""
-
-    @property
-    def front(self) -> Front:
-        """The two goals of the gages over all trials."""
-        outcomes = (each.outcomes[0] for each in self.tried)
-        return front_of(each for each in outcomes if each.status == "ok")
-
-    @property
-    def passes(self) -> bool:
-        """True if a finger passes."""
-        return self.best is not None and self.best.passes
-
-    @property
-    def given_up(self) -> str:
-        """A sentence on what was given up; "" where nothing was."""
-        keys = self.space.given_up
-        if not keys:
-            return ""
-        kept = " ".join(f"--keep {key}" for key in keys)
-        names, kept = " and ".join(keys), " ".join(f"--keep {key}" for key in keys)
-        return (
-            f"No finger was found that passes with your {names}, so this was given up. {kept} "
-            "searches further with it."
-        )
-
-    @property
-    def note(self) -> str:
-        """A sentence of warning on the hand; "" where it is steady."""
-        if self.best is None or not self.passes or self.best.hand.steady:
-            return ""
-        most = 100.0 * (WIDEST_STEPS - 1.0)
-        return (
-            f"The hand is sensitive: with steps up to {most:.0f} % shorter or longer, some lift of "
-            "this model slips or presses too hard."
-        )
 
 
 def study_of(space: Space) -> Study:
@@ -217,7 +127,7 @@ def search_passing(
     space = space_of(design, freedom)
     first = found(space, journal, most, space.plainer(freedom) is None)
     outcomes = [each.outcomes[0] for each in first.tried]
-    plainer = None if first.passes else space.plainer(freedom, sorted(outcomes, key=_order))
+    plainer = None if first.passes else space.plainer(freedom, sorted(outcomes, key=order_of))
     if plainer is None:
         return first
     report(f"no finger passes with your {' and '.join(plainer.given_up)}")
@@ -296,7 +206,7 @@ class _Run:
             self.candidates.append(nearest)
             self._judge_whole(nearest)
         elif sensing:
-            nearest = min(sensing, key=lambda each: _shortfall(each.sensed))
+            nearest = min(sensing, key=lambda each: shortfall_of(each.sensed))
             self.candidates.remove(nearest)
             self._gripped(nearest.design, nearest.sensed, whole=True)
         else:
@@ -346,12 +256,12 @@ class _Run:
             )
             for k, job in enumerate(jobs)
             if isinstance(job, Job)
-            and _shortfall(outcomes[k]) > 0.0
+            and shortfall_of(outcomes[k]) > 0.0
             and (share := outcomes[k].metrics.get("best_area_share"))
             and not math.isclose(share, job.design.gages.area_share)
         }
         for k, better in zip(again, self.evaluated([*again.values()]), strict=True):
-            if _shortfall(better) < _shortfall(outcomes[k]):
+            if shortfall_of(better) < shortfall_of(outcomes[k]):
                 outcomes[k] = better
         return outcomes
 
@@ -359,14 +269,14 @@ class _Run:
         """Outcomes short by at most ``most`` for which no hand was searched, the best first."""
         outcomes = [each.outcomes[0] for each in self.tried]
         short = {
-            o.digest: o for o in outcomes if _shortfall(o) <= most and o.digest not in self.judged
+            o.digest: o for o in outcomes if shortfall_of(o) <= most and o.digest not in self.judged
         }
-        best = min(map(_shortfall, outcomes), default=math.inf)
+        best = min(map(shortfall_of, outcomes), default=math.inf)
         if best < self.best_sensed:
             self.best_sensed = best
-            nearest = min(outcomes, key=_shortfall)
+            nearest = min(outcomes, key=shortfall_of)
             self.improved(Candidate(self._design(nearest), nearest))
-        return sorted(short.values(), key=_order)
+        return sorted(short.values(), key=order_of)
 
     def _design(self, outcome: Outcome) -> Design:
         """The design of a trial, with the base's own name and mesh."""
@@ -380,7 +290,7 @@ class _Run:
         self.judged.add(outcome.digest)
         outcome = self.bodies.get(outcome.digest, outcome)
         design = self._design(outcome)
-        if _shortfall(outcome) > (_SPARED if self.space.arc_first else 0.0) and not whole:
+        if shortfall_of(outcome) > (_SPARED if self.space.arc_first else 0.0) and not whole:
             found = Candidate(design, outcome)
             self.candidates.append(found)
             return found
@@ -438,34 +348,7 @@ class _Run:
         known = [each for each in self.candidates if each.result is not None] or self.candidates
         best = min(known, key=lambda each: (len(each.failing), each.hand.order), default=None)
         found = Found(self.space, self.tried, tuple(self.candidates), best)
-        return found if found.passes else replace(found, conflict=" ".join(_conflicts(found)))
-
-
-def _shortfall(outcome: Outcome) -> float:
-    found = outcome.metrics.get("shortfall")
-    return math.inf if found is None else found
-
-
-def _order(outcome: Outcome) -> tuple[float, float]:
-    """Less is better: of outcomes that lack nothing, the one with the most room comes first."""
-    return _shortfall(outcome), -(outcome.metrics.get("area_correlation") or 0.0)
-
-
-def _of_trial(sensed: Outcome) -> Iterator[Verdict]:
-    """Verdicts on the gages by a trial's metrics; the hand is still to be searched."""
-    area, change = (
-        sensed.metrics.get(key) for key in ("area_correlation", "smallest_stick_change")
-    )
-    if area is not None:
-        status: Status = "pass" if area >= GOOD_CORRELATION else "fail"
-        target = f"target {GOOD_CORRELATION:.2f}"
-        yield Verdict(status, SLIP_SENSING, f"rank correlation {area:.2f}", target)
-    if change is not None:
-        status = "pass" if change <= WANTED_STICK_CHANGE else "fail"
-        target = f"target ≤ {WANTED_STICK_CHANGE:.2f}"
-        number = f"smallest stick change seen {two_digits(change)}" if change < 1.0 else NONE_SEEN
-        yield Verdict(status, GAGE_SIGNAL, number, target)
-    yield Verdict("note", LIFTS, "hand not searched yet")
+        return found if found.passes else replace(found, conflict=" ".join(conflicts_of(found)))
 
 
 def _job(
@@ -474,36 +357,3 @@ def _job(
     keys, name = _OWN_MESH if own_mesh else (), design.design.name
     made = Job(name, design, Cost(), dict(values or {}), None, fidelity="3d", study_keys=keys)
     return replace(made, part=part)
-
-
-def _conflicts(found: Found) -> Iterator[str]:
-    """Goals that exclude each other over all trials, in sentences."""
-    front = found.front
-    if not front.trials:
-        yield "No trial could be analysed."
-        return
-    if not front.follows:
-        yield (
-            f"Slip sensing fails in all {len(front.trials)} trials: the greatest rank correlation "
-            f"is {max(area for area, _ in front.trials):.2f}, {GOOD_CORRELATION:g} is needed."
-        )
-    if not front.responds:
-        yield (
-            f"The gage signal fails in all {len(front.trials)} trials: the smallest stick change "
-            f"seen is {min(change for _, change in front.trials):.2g}, {WANTED_STICK_CHANGE:g} is "
-            "needed."
-        )
-    if front.excludes:
-        yield front.sentence()
-    on_arc = sum(each.hand is NO_HAND for each in found.candidates)
-    if on_arc:
-        yield f"The gages of {on_arc} fingers are good on an arc of the section, not on the body."
-    names = sorted({name for each in found.candidates for name in each.failing})
-    gripped = len(found.candidates) - on_arc
-    if names:
-        yield f"On the finger's own mesh these verdicts fail: {', '.join(names)}."
-    elif gripped:
-        yield (
-            f"Of {gripped} fingers with good gages none has a hand that lifts at every friction "
-            "with a force between the limits."
-        )

@@ -1,0 +1,169 @@
+"""What a search for a passing finger has found: its candidates, the best, why none passes."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
+from fingerdesign.analysis.shortfall import GAGE_SIGNAL, LIFTS, SLIP_SENSING
+from fingerdesign.analysis.verdicts import (
+    GOOD_CORRELATION,
+    NONE_SEEN,
+    two_digits,
+    verdict_view,
+)
+from fingerdesign.design.schema import Design
+from fingerdesign.records.outcome import Outcome
+from fingerdesign.records.result import Result
+from fingerdesign.records.verdict import Status, Verdict, VerdictView
+from fingerdesign.search.optimise.optimise import Tried
+from fingerdesign.search.passing.front import Front, front_of
+from fingerdesign.search.passing.hands import NO_HAND, WIDEST_STEPS, Hand
+from fingerdesign.search.passing.space import Space
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A finger with its hand: the design, what its trial found, and what the whole analysis found.
+
+    hand: NO_HAND before one was searched. result: None where the hand was not good enough for one.
+    """
+
+    design: Design
+    sensed: Outcome
+    hand: Hand = NO_HAND
+    result: Result | None = None
+
+    @property
+    def view(self) -> VerdictView:
+        """The verdicts of the whole analysis; before it, those on the gages by the trial."""
+        if self.result is not None:
+            return verdict_view(self.result)
+        verdicts = tuple(_of_trial(self.sensed))
+        name, seconds = self.design.design.name, self.sensed.seconds or 0.0
+        return VerdictView(name, "trial in 3-D", seconds, verdicts)
+
+    @property
+    def failing(self) -> tuple[str, ...]:
+        """Names of the verdicts that do not pass in the whole analysis."""
+        if self.result is None:
+            return ()
+        view = self.view
+        if view.failure:
+            return ("the analysis failed",)
+        judged = [each for each in view.verdicts if each.status != "note"]
+        return tuple(each.name for each in judged if each.status != "pass")
+
+    @property
+    def passes(self) -> bool:
+        """True if the whole analysis was made and every verdict passes."""
+        return self.result is not None and not self.failing
+
+
+@dataclass(frozen=True)
+class Found:
+    """Result of the search: all trials, all candidates, the one to take (None: no finger at all).
+
+    conflict: why none passes, in a sentence; "" where one does.
+    """
+
+    space: Space
+    tried: tuple[Tried, ...]
+    candidates: tuple[Candidate, ...] = ()
+    best: Candidate | None = None
+    conflict: str = ""
+
+    @property
+    def front(self) -> Front:
+        """The two goals of the gages over all trials."""
+        outcomes = (each.outcomes[0] for each in self.tried)
+        return front_of(each for each in outcomes if each.status == "ok")
+
+    @property
+    def passes(self) -> bool:
+        """True if a finger passes."""
+        return self.best is not None and self.best.passes
+
+    @property
+    def given_up(self) -> str:
+        """A sentence on what was given up; "" where nothing was."""
+        keys = self.space.given_up
+        if not keys:
+            return ""
+        kept = " ".join(f"--keep {key}" for key in keys)
+        names, kept = " and ".join(keys), " ".join(f"--keep {key}" for key in keys)
+        return (
+            f"No finger was found that passes with your {names}, so this was given up. {kept} "
+            "searches further with it."
+        )
+
+    @property
+    def note(self) -> str:
+        """A sentence of warning on the hand; "" where it is steady."""
+        if self.best is None or not self.passes or self.best.hand.steady:
+            return ""
+        most = 100.0 * (WIDEST_STEPS - 1.0)
+        return (
+            f"The hand is sensitive: with steps up to {most:.0f} % shorter or longer, some lift of "
+            "this model slips or presses too hard."
+        )
+
+
+def shortfall_of(outcome: Outcome) -> float:
+    found = outcome.metrics.get("shortfall")
+    return math.inf if found is None else found
+
+
+def order_of(outcome: Outcome) -> tuple[float, float]:
+    """Less is better: of outcomes that lack nothing, the one with the most room comes first."""
+    return shortfall_of(outcome), -(outcome.metrics.get("area_correlation") or 0.0)
+
+
+def _of_trial(sensed: Outcome) -> Iterator[Verdict]:
+    """Verdicts on the gages by a trial's metrics; the hand is still to be searched."""
+    area, change = (
+        sensed.metrics.get(key) for key in ("area_correlation", "smallest_stick_change")
+    )
+    if area is not None:
+        status: Status = "pass" if area >= GOOD_CORRELATION else "fail"
+        target = f"target {GOOD_CORRELATION:.2f}"
+        yield Verdict(status, SLIP_SENSING, f"rank correlation {area:.2f}", target)
+    if change is not None:
+        status = "pass" if change <= WANTED_STICK_CHANGE else "fail"
+        target = f"target ≤ {WANTED_STICK_CHANGE:.2f}"
+        number = f"smallest stick change seen {two_digits(change)}" if change < 1.0 else NONE_SEEN
+        yield Verdict(status, GAGE_SIGNAL, number, target)
+    yield Verdict("note", LIFTS, "hand not searched yet")
+
+
+def conflicts_of(found: Found) -> Iterator[str]:
+    """Goals that exclude each other over all trials, in sentences."""
+    front = found.front
+    if not front.trials:
+        yield "No trial could be analysed."
+        return
+    if not front.follows:
+        yield (
+            f"Slip sensing fails in all {len(front.trials)} trials: the greatest rank correlation "
+            f"is {max(area for area, _ in front.trials):.2f}, {GOOD_CORRELATION:g} is needed."
+        )
+    if not front.responds:
+        yield (
+            f"The gage signal fails in all {len(front.trials)} trials: the smallest stick change "
+            f"seen is {min(change for _, change in front.trials):.2g}, {WANTED_STICK_CHANGE:g} is "
+            "needed."
+        )
+    if front.excludes:
+        yield front.sentence()
+    on_arc = sum(each.hand is NO_HAND for each in found.candidates)
+    if on_arc:
+        yield f"The gages of {on_arc} fingers are good on an arc of the section, not on the body."
+    names = sorted({name for each in found.candidates for name in each.failing})
+    gripped = len(found.candidates) - on_arc
+    if names:
+        yield f"On the finger's own mesh these verdicts fail: {', '.join(names)}."
+    elif gripped:
+        yield (
+            f"Of {gripped} fingers with good gages none has a hand that lifts at every friction "
+            "with a force between the limits."
+        )

@@ -1,0 +1,41 @@
+"""Keys that the user of a search keeps, and those that he frees besides the search's own."""
+
+import difflib
+from dataclasses import dataclass
+
+from fingerdesign.design.keys import leaves
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import Fault
+from fingerdesign.search.study.values import is_number
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """Keys that the user keeps, and that he frees: dotted keys, or tables such as "plates"."""
+
+    keep: tuple[str, ...] = ()
+    free: tuple[str, ...] = ()
+
+    def allows(self, key: str) -> bool:
+        """True if none of the keys and tables to keep contains the key."""
+        return not any(key == each or key.startswith(f"{each}.") for each in self.keep)
+
+    def holds(self, key: str) -> bool:
+        """True if the user keeps the key or frees it: the search sets it by no rule of its own."""
+        return key in self.free or not self.allows(key)
+
+    def faults(self, design: Design) -> list[Fault]:
+        """Faults of keys that the design does not have, or that cannot vary."""
+        data = design.model_dump(mode="json")
+        known = dict(leaves(data))
+        tables = {key.rpartition(".")[0] for key in known if "." in key}
+        found = []
+        options = ("--keep", self.keep, {*known, *tables}), ("--free", self.free, {*known})
+        for option, keys, own in options:
+            for key in (each for each in keys if each not in own):
+                near = difflib.get_close_matches(key, [*known, *tables], 1)
+                remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/design.md"
+                found.append(Fault(option, key, "a key of the design", remedy))
+        bound, remedy = "a key with a number", "only numbers can vary between bounds"
+        fixed = [key for key in self.free if key in known and not is_number(known[key])]
+        return found + [Fault("--free", key, bound, remedy) for key in fixed]
