@@ -521,6 +521,14 @@ def test_a_core_is_given_up_where_no_gages_are_good_with_it(tmp_path, plane_stra
     assert found.passes
     assert found.best.design.body.core is None
     assert found.space.given_up == ("body.core",)
+    good = outcome(design, 0.0)
+    assert space_of(design, Freedom()).plainer(Freedom(), [good]).given_up == ("body.core",)
+    shape = {"body.shape": "dome", "body.dome_radius_mm": 30.0}
+    dome = space_of(with_values(design, shape), Freedom())
+    assert dome.plainer(Freedom()).given_up == ("body.shape", "body.core")
+    kept = dome.plainer(Freedom(), [replace(good, values=dome.starts[0])])
+    assert kept.given_up == ("body.shape",)
+    assert kept.base.body.core is not None
     assert space_of(load_design("maeno2000"), Freedom()).plainer(Freedom()) is None
 
 

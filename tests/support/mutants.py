@@ -75,7 +75,7 @@ fingerdesign/search/passing/space.py | tests/search/test_passing.py
 
 optimise: a core is given up though gages are good with it
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
-- if base.body.core is not None and freedom.allows("body.core") and not good:
+- if base.body.core is not None and freedom.allows("body.core") and hinders:
 + if base.body.core is not None and freedom.allows("body.core"):
 
 optimise: the radius of a similar finger goes with its width

@@ -91,8 +91,8 @@ class Space:
 
     def plainer(self, freedom: Freedom, tried: Sequence[Outcome] = ()) -> "Space | None":
         """The space without what the user may have to give up: a round shape or his own CAD for an
-        arc of its size; a core, where no trial's gages are good with it. None where that is
-        nothing.
+        arc of its size; a core, where there is nothing else or no trial's gages are good with it.
+        None where that is nothing.
 
         tried: outcomes of trials; the best are the first trials again, with the same core.
         """
@@ -102,7 +102,8 @@ class Space:
             if arc.body.shape == "arc":
                 base, given_up = arc, ["body.shape"]
         good = [each for each in tried if each.metrics.get("shortfall") == 0.0]
-        if base.body.core is not None and freedom.allows("body.core") and not good:
+        hinders = not (good and given_up)
+        if base.body.core is not None and freedom.allows("body.core") and hinders:
             base = with_values(base, {"body.core": None})
             given_up += ["body.core"]
         if not given_up:
