@@ -22,6 +22,7 @@ from fingerdesign.records.outcome import Outcome, Traces
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
 from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.passing.found import castable
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import front_of
 from fingerdesign.search.passing.hands import BATCH, MOST_HANDS, STEP_FACTORS, hand_of, with_travel
@@ -500,6 +501,33 @@ def test_trials_of_a_users_own_cad_are_made_on_an_arc_of_its_size(tmp_path, monk
     assert conceded.base.plates.span_mm == space.base.plates.span_mm
     assert space.plainer(Freedom()).base.plates.span_mm is None
     assert space.plainer(Freedom(keep=("body",))) is None
+
+
+@pytest.mark.parametrize("cast", [True, False])
+def test_fingers_that_can_be_cast_come_first(tmp_path, plane_strain, cast):
+    """Plates in proportion to a narrow finger follow best, but no mold has webs for them."""
+    space, bench, confirmed = space_of(load_design("narrow"), Freedom()), Bench(), []
+
+    def evaluated(plan):
+        found = bench(plan)
+        for k, job in enumerate(plan):
+            cover = job.design.plates.cover_mm
+            metrics = found[k].metrics | {"area_correlation": 1.2 - cover}
+            if not cast and cover > 0.3:
+                metrics["shortfall"] = 0.5
+            found[k] = replace(found[k], metrics=metrics)
+        return found
+
+    def confirm(design):
+        confirmed.append(design)
+        return judged(plane_strain.result, 2.0)
+
+    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+        found = find_passing(space, Freedom(), trials, evaluated, confirm, 8)
+    assert found.passes
+    assert castable(confirmed[0]) == found.castable == cast
+    assert confirmed[0].plates.cover_mm == (0.4 if cast else 0.25)
+    assert ("No mold" in passing_page(load_design("narrow"), found)) != cast
 
 
 def test_a_core_is_given_up_where_no_gages_are_good_with_it(tmp_path, plane_strain):

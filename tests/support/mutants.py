@@ -58,6 +58,11 @@ fingerdesign/search/passing/found.py | tests/search/test_passing.py
 - return shortfall_of(outcome), -(outcome.metrics.get("area_correlation") or 0.0)
 + return shortfall_of(outcome), 0.0
 
+optimise: fingers that cannot be cast come first
+fingerdesign/search/passing/passing.py | tests/search/test_passing.py
+- return sorted(short.values(), key=lambda o: (not self.castable[o.digest], order_of(o)))
++ return sorted(short.values(), key=order_of)
+
 optimise: the arc of a pin is as deep as the pin
 fingerdesign/search/passing/space.py | tests/search/test_passing.py
 - tries.insert(0, arc | {"body.depth_mm": span})

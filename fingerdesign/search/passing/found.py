@@ -64,7 +64,8 @@ class Candidate:
 class Found:
     """Result of the search: all trials, all candidates, the one to take (None: no finger at all).
 
-    conflict: why none passes, in a sentence; "" where one does.
+    conflict: why none passes, in a sentence; "" where one does. castable: a mold of the best can be
+    planned.
     """
 
     space: Space
@@ -72,6 +73,7 @@ class Found:
     candidates: tuple[Candidate, ...] = ()
     best: Candidate | None = None
     conflict: str = ""
+    castable: bool = True
 
     @property
     def front(self) -> Front:
@@ -99,14 +101,19 @@ class Found:
 
     @property
     def note(self) -> str:
-        """A sentence of warning on the hand; "" where it is steady."""
-        if self.best is None or not self.passes or self.best.hand.steady:
+        """Sentences of warning; "" where the hand is steady and the finger can be cast."""
+        if self.best is None or not self.passes:
             return ""
-        most = 100.0 * (WIDEST_STEPS - 1.0)
-        return (
-            f"The hand is sensitive: with steps up to {most:.0f} % shorter or longer, some lift of "
-            "this model slips or presses too hard."
-        )
+        words = []
+        if not self.best.hand.steady:
+            most = 100.0 * (WIDEST_STEPS - 1.0)
+            words += [
+                f"The hand is sensitive: with steps up to {most:.0f} % shorter or longer, some "
+                "lift of this model slips or presses too hard."
+            ]
+        if not self.castable:
+            words += ["No mold can be planned for this finger: `fingerdesign mold` says why."]
+        return " ".join(words)
 
 
 def shortfall_of(outcome: Outcome) -> float:
@@ -167,3 +174,15 @@ def conflicts_of(found: Found) -> Iterator[str]:
             f"Of {gripped} fingers with good gages none has a hand that lifts at every friction "
             "with a force between the limits."
         )
+
+
+def castable(design: Design) -> bool:
+    """True if a mold of the finger can be planned."""
+    from fingerdesign.mold.plan.planning import plan_mold  # Molds are loaded where they are needed.
+    from fingerdesign.mold.plan.refusals import MoldRefused
+
+    try:
+        plan_mold(design)
+    except MoldRefused:
+        return False
+    return True

@@ -44,7 +44,7 @@ def passing_page(design: Design, found: Found) -> str:
         given_up = _given_up(found, best.sensed)
         sections.insert(0, Section("changes", "What changed", [changed, *given_up]))
     if found.note:
-        sections.insert(0, Section("hand", "The hand", [Text(found.note)]))
+        sections.insert(0, Section("note", "What to know", [Text(found.note)]))
     if found.conflict:
         sections.insert(0, Section("conflict", "Why none passes", [Text(found.conflict)]))
     return page_html(

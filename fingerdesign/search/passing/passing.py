@@ -24,6 +24,7 @@ from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.passing.found import (
     Candidate,
     Found,
+    castable,
     conflicts_of,
     order_of,
     shortfall_of,
@@ -171,6 +172,7 @@ class _Run:
     candidates: list[Candidate] = field(default_factory=list)
     judged: set[str] = field(default_factory=set)
     bodies: dict[str, Outcome] = field(default_factory=dict)  # Of an arc's digest: its round body.
+    castable: dict[str, bool] = field(default_factory=dict)  # By the digest of a trial.
     best_sensed: float = math.inf
 
     def found(self, most: int) -> Found:
@@ -266,7 +268,8 @@ class _Run:
         return outcomes
 
     def _promising(self, most: float) -> list[Outcome]:
-        """Outcomes short by at most ``most`` for which no hand was searched, the best first."""
+        """Outcomes short by at most ``most`` for which no hand was searched: those that can be
+        cast first, then the best."""
         outcomes = [each.outcomes[0] for each in self.tried]
         short = {
             o.digest: o for o in outcomes if shortfall_of(o) <= most and o.digest not in self.judged
@@ -276,7 +279,10 @@ class _Run:
             self.best_sensed = best
             nearest = min(outcomes, key=shortfall_of)
             self.improved(Candidate(self._design(nearest), nearest))
-        return sorted(short.values(), key=order_of)
+        for each in short.values():
+            if each.digest not in self.castable:
+                self.castable[each.digest] = castable(self._design(each))
+        return sorted(short.values(), key=lambda o: (not self.castable[o.digest], order_of(o)))
 
     def _design(self, outcome: Outcome) -> Design:
         """The design of a trial, with the base's own name and mesh."""
@@ -347,7 +353,8 @@ class _Run:
     def _ended(self) -> Found:
         known = [each for each in self.candidates if each.result is not None] or self.candidates
         best = min(known, key=lambda each: (len(each.failing), each.hand.order), default=None)
-        found = Found(self.space, self.tried, tuple(self.candidates), best)
+        mold = best is None or castable(best.design)
+        found = Found(self.space, self.tried, tuple(self.candidates), best, castable=mold)
         return found if found.passes else replace(found, conflict=" ".join(conflicts_of(found)))
 
 
