@@ -38,7 +38,6 @@ from fingerdesign.search.passing.space import changes_between, space_of
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.study.values import Range
 from fingerdesign.search.study.variants import variant_of
-from tests.support.steps import read_here
 
 
 def study(rank, step=0.5):
@@ -479,8 +478,7 @@ def test_an_arc_replaces_a_body_of_which_none_passes(tmp_path, plane_strain, kee
     assert "--keep body.shape" in passing_page(design, found)
 
 
-def test_trials_of_a_users_own_cad_are_made_on_an_arc_of_its_size(tmp_path, monkeypatch):
-    read_here(monkeypatch, tmp_path)
+def test_trials_of_a_users_own_cad_are_made_on_an_arc_of_its_size():
     file = sample_step("filleted", 16.0, 12.0, 10.0, 1.5)
     body = f'body = {{ shape = "step", step = {{ file = "{file}" }} }}'
     stepped = parse_design(f'design.name = "mine"\nplates.count = 0\n{body}')

@@ -60,8 +60,8 @@ fingerdesign/search/passing/found.py | tests/search/test_passing.py
 
 optimise: fingers that cannot be cast come first
 fingerdesign/search/passing/passing.py | tests/search/test_passing.py
-- return sorted(short.values(), key=lambda o: (not self.castable[o.digest], order_of(o)))
-+ return sorted(short.values(), key=order_of)
+- return sorted(outcomes, key=lambda each: not self.castable[each.digest])
++ return list(outcomes)
 
 optimise: the arc of a pin is as deep as the pin
 fingerdesign/search/passing/space.py | tests/search/test_passing.py

@@ -187,7 +187,7 @@ class _Run:
         for count in [*range(BATCH, most, BATCH), most]:
             self.report(f"trial {count} of {most}{self._best_words()}")
             self.tried = searched(search, self.trials, self._sensed, count, BATCH)
-            promising = self._promising(0.0)
+            promising = self._cast_first(self._promising(0.0))
             for k, outcome in enumerate(promising):
                 self._look_at_bodies(promising[k : k + _BODIES])
                 if self._candidate(outcome).passes:
@@ -268,8 +268,7 @@ class _Run:
         return outcomes
 
     def _promising(self, most: float) -> list[Outcome]:
-        """Outcomes short by at most ``most`` for which no hand was searched: those that can be
-        cast first, then the best."""
+        """Outcomes short by at most ``most`` for which no hand was searched, the best first."""
         outcomes = [each.outcomes[0] for each in self.tried]
         short = {
             o.digest: o for o in outcomes if shortfall_of(o) <= most and o.digest not in self.judged
@@ -279,10 +278,14 @@ class _Run:
             self.best_sensed = best
             nearest = min(outcomes, key=shortfall_of)
             self.improved(Candidate(self._design(nearest), nearest))
-        for each in short.values():
+        return sorted(short.values(), key=order_of)
+
+    def _cast_first(self, outcomes: Sequence[Outcome]) -> list[Outcome]:
+        """Those first whose mold can be planned."""
+        for each in outcomes:
             if each.digest not in self.castable:
                 self.castable[each.digest] = castable(self._design(each))
-        return sorted(short.values(), key=lambda o: (not self.castable[o.digest], order_of(o)))
+        return sorted(outcomes, key=lambda each: not self.castable[each.digest])
 
     def _design(self, outcome: Outcome) -> Design:
         """The design of a trial, with the base's own name and mesh."""
