@@ -41,8 +41,8 @@ def passing_page(design: Design, found: Found) -> str:
     sections = [Section("search", "The search", [*charts, *_tables(found)])]
     if best is not None:
         changed = _changed(changes_between(design, best.design))
-        given_up = _given_up(found, best.sensed)
-        sections.insert(0, Section("changes", "What changed", [changed, *given_up]))
+        *lost, others = _given_up(found, best.sensed)
+        sections.insert(0, Section("changes", "What changed", [*lost, changed, others]))
     if found.note:
         sections.insert(0, Section("note", "What to know", [Text(found.note)]))
     if found.conflict:
