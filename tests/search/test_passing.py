@@ -179,8 +179,8 @@ def test_what_lies_inside_becomes_shallower_with_the_body():
     base, design = similar("both_ways")
     by = design.body.depth_mm / base.body.depth_mm
     assert design.plates.span_mm == pytest.approx(by * base.plates.span_mm)
-    kept = space_of(load_design("boned"), Freedom(keep=("body.depth_mm",)))
-    assert not any("body.depth_mm" in key for key in kept.parameters)
+    deep = space_of(load_design("boned"), Freedom(keep=("body.depth_mm",)))
+    assert not any("body.depth_mm" in key for key in deep.parameters)
 
 
 def test_kept_keys_stay_and_freed_ones_vary():
@@ -354,6 +354,20 @@ def searched(tmp_path, confirm, hand=0.0, most=8):
     return found, bench
 
 
+def passing(space, evaluated, tmp_path, plane_strain):
+    """What a search finds of which every whole analysis passes, and the designs of those."""
+    confirmed = []
+
+    def confirm(design):
+        confirmed.append(design)
+        return judged(plane_strain.result, 2.0)
+
+    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+        found = find_passing(space, Freedom(), trials, evaluated, confirm, 8)
+    assert found.passes
+    return found, confirmed
+
+
 def test_search_ends_with_the_first_finger_that_passes(tmp_path, plane_strain):
     confirmed = []
 
@@ -408,15 +422,7 @@ def test_a_dome_takes_the_share_that_suits_the_dome_not_its_arc(tmp_path, plane_
                 found[k] = replace(found[k], metrics=metrics)
         return found
 
-    confirmed = []
-
-    def confirm(design):
-        confirmed.append(design)
-        return judged(plane_strain.result, 2.0)
-
-    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
-        found = find_passing(space, Freedom(), trials, evaluated, confirm, 8)
-    assert found.passes
+    found, confirmed = passing(space, evaluated, tmp_path, plane_strain)
     assert confirmed[0].gages.area_share == found.best.design.gages.area_share == 0.4
 
 
@@ -504,7 +510,7 @@ def test_trials_of_a_users_own_cad_are_made_on_an_arc_of_its_size():
 @pytest.mark.parametrize("cast", [True, False])
 def test_fingers_that_can_be_cast_come_first(tmp_path, plane_strain, cast):
     """Plates in proportion to a narrow finger follow best, but no mold has webs for them."""
-    space, bench, confirmed = space_of(load_design("narrow"), Freedom()), Bench(), []
+    space, bench = space_of(load_design("narrow"), Freedom()), Bench()
 
     def evaluated(plan):
         found = bench(plan)
@@ -516,13 +522,7 @@ def test_fingers_that_can_be_cast_come_first(tmp_path, plane_strain, cast):
             found[k] = replace(found[k], metrics=metrics)
         return found
 
-    def confirm(design):
-        confirmed.append(design)
-        return judged(plane_strain.result, 2.0)
-
-    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
-        found = find_passing(space, Freedom(), trials, evaluated, confirm, 8)
-    assert found.passes
+    found, confirmed = passing(space, evaluated, tmp_path, plane_strain)
     assert castable(confirmed[0]) == found.castable == cast
     assert confirmed[0].plates.cover_mm == (0.4 if cast else 0.25)
     assert ("No mold" in passing_page(load_design("narrow"), found)) != cast
@@ -552,9 +552,9 @@ def test_a_core_is_given_up_where_no_gages_are_good_with_it(tmp_path, plane_stra
     shape = {"body.shape": "dome", "body.dome_radius_mm": 30.0}
     dome = space_of(with_values(design, shape), Freedom())
     assert dome.plainer(Freedom()).given_up == ("body.shape", "body.core")
-    kept = dome.plainer(Freedom(), [replace(good, values=dome.starts[0])])
-    assert kept.given_up == ("body.shape",)
-    assert kept.base.body.core is not None
+    cored = dome.plainer(Freedom(), [replace(good, values=dome.starts[0])])
+    assert cored.given_up == ("body.shape",)
+    assert cored.base.body.core is not None
     assert space_of(load_design("maeno2000"), Freedom()).plainer(Freedom()) is None
 
 

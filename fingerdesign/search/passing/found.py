@@ -92,10 +92,9 @@ class Found:
         keys = self.space.given_up
         if not keys:
             return ""
-        kept = " ".join(f"--keep {key}" for key in keys)
-        names, kept = " and ".join(keys), " ".join(f"--keep {key}" for key in keys)
+        names, options = " and ".join(keys), " ".join(f"--keep {key}" for key in keys)
         return (
-            f"No finger was found that passes with your {names}, so this was given up. {kept} "
+            f"No finger was found that passes with your {names}, so this was given up. {options} "
             "searches further with it."
         )
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.checks.load import judge_data, load_design, with_values
+from fingerdesign.design.body import Body
 from fingerdesign.design.io import design_data
 from fingerdesign.design.keys import leaves, set_value
 from fingerdesign.design.schema import Design
@@ -68,16 +69,14 @@ class Space:
 
     def on_arc(self, design: Design) -> Design:
         """The finger that a trial analyses: of a round body the arc of the same section, of the
-        user's own CAD an arc of its size."""
+        user's own CAD an arc of its size; the body itself where no such arc can exist."""
         if not self.arc_first:
             return design
         body, span = design.body, design.plates.span_mm
         arc: dict[str, object] = {"body.shape": "arc", "body.dome_radius_mm": None}
         if body.shape == "step":
-            known = load_design(PASSING[0]).body
-            radius = body.width_mm / known.width_mm * known.arc_radius_mm
             own = {f"body.{key}_mm": getattr(body, f"{key}_mm") for key in _SIZES}
-            arc |= {"body.step": None, "body.arc_radius_mm": radius, **own}
+            arc |= {"body.step": None, "body.arc_radius_mm": _crown_mm(body), **own}
         tries = [arc]
         if body.shape == "revolved" and span is not None:
             # A pin touches on a circle, about as wide as an arc that is as deep as its plates. Six
@@ -175,6 +174,12 @@ def _sound_starts(
     return tuple(each for each in unique if space.sound(each)) or tuple(unique)
 
 
+def _crown_mm(body: Body) -> float:
+    """Radius of a slight crown for the body's width, mm."""
+    known = load_design(PASSING[0]).body
+    return body.width_mm / known.width_mm * known.arc_radius_mm
+
+
 def _crowned(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...]]:
     """The design with a slight crown in place of a flat top, and the key that changed.
 
@@ -183,12 +188,9 @@ def _crowned(design: Design, freedom: Freedom) -> tuple[Design, tuple[str, ...]]
     """
     if not design.body.kind.flat or not freedom.allows("body.shape"):
         return design, ()
-    known = load_design(PASSING[0]).body
-    radius = design.body.width_mm / known.width_mm * (known.arc_radius_mm or 0.0)
+    crown = {"body.shape": "arc", "body.arc_radius_mm": _crown_mm(design.body)}
     try:
-        return with_values(design, {"body.shape": "arc", "body.arc_radius_mm": radius}), (
-            "body.shape",
-        )
+        return with_values(design, crown), ("body.shape",)
     except DesignError:
         return design, ()  # Its plates or its core do not fit below a crown.
 
