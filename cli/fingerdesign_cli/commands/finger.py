@@ -400,9 +400,9 @@ def optimise() -> None:
     Body, plates, gages and the rule of the hand vary; --keep and --free change that. A round shape,
     your own CAD or a core is given up where no finger passes with it, and the command says so.
     Trials run in 3-D on swept cells. The best are analysed as `analyse` does it, and the search
-    ends with the first that passes. OUT/NAME-optimised.toml is the finger, OUT/NAME-optimised its analysis,
-    OUT/NAME-optimised.html compares it with DESIGN. Exit code 1 where none passes: the page then
-    shows which verdicts exclude each other.
+    ends with the first that passes. OUT/NAME-optimised.toml is the finger, OUT/NAME-optimised its
+    analysis, OUT/NAME-optimised.html compares it with DESIGN. Exit code 1 where none passes: the
+    page then shows which verdicts exclude each other.
 
     With a STUDY: search for fingers that are better in its [[objectives]], within its
     [constraints]. The best of the front, and the study's base as the reference, are then analysed
