@@ -66,7 +66,8 @@ class ReducedModel:
     rim               (m,) bool: nodes where the candidate zone ends although the surface goes on
     free_end          (m,) bool: nodes within 0.5 mm of a free end (corner singularity in 3-D)
     locked            (m, dim) bool: components without a motion (z on the mirror plane)
-    gage_x            (plates,) mm, x of the gages' centres; gage_positions (plates, 3) mm: all
+    gage_x            (plates,) mm, places of the gages along x; NaN: its row runs along z
+    gage_positions    (plates, 3) mm, the gages' centres
     load_displacement (m, dim) mm under the body's own loads at share 1; None where it has none
     load_gage_strain  (plates, 2) what the gages read under those alone; None where it has none
     """

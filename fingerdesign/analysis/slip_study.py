@@ -29,6 +29,7 @@ from fingerdesign.control.signals import (
     Sample,
     gage_readings,
     length_over,
+    line_of,
     response,
 )
 from fingerdesign.design.gages import AREA_SHARE
@@ -215,7 +216,8 @@ def slip_study(
     """Follow ``rows`` from touch and compare the gage area with the true stick area.
 
     rows    cumulative (approach, shear), mm; cut finer with :func:`refined_rows`
-    gage_x  (g,) plate centres, mm, in the order of the model's gages
+    gage_x  (g,) plate centres, mm, in the order of the model's gages; those of rows along z (NaN)
+            are left out: they tell nothing of a length along x
 
     A response is made over the change since the last increment whose F_t differs by the floor, as
     the paper's controller makes it. A is held where there is none and in complete slip, which a
@@ -225,7 +227,7 @@ def slip_study(
     on, and are of A with the stick *area* (in plane strain its length times the depth), not with
     the ratio. The area of an increment is where it sticks all through it: the status it ends with.
     """
-    order = np.argsort(gage_x, kind="stable")
+    order = line_of(gage_x)
     steps = [step.measures for step in follow(problem, [Motion(*row) for row in rows])]
     samples = [_sample(step, face, order) for step in steps]
     normal, tangential = np.array([(s.normal_force, s.tangential_force) for s in samples]).T

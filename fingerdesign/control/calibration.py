@@ -54,11 +54,11 @@ _MEAN, _PATIENCE = 10, 1100
 class Calibration:
     """A finger as its rig knows it; gages in the order of the readings.
 
-    gage_x (g,) mm; normal: readings under F_n alone; full_stick (g,) microstrain/N: response to a
-    small shear where all sticks; tangential_stiffness: dF_t/dx then, N/mm. sticking: the like
-    responses with their signs by F_n, at a few depths; stiffness (k,) dF_t/dx there. approach (c,)
-    mm, of the press. delay: samples from a move until it is measured. cross_talk: F_t measured
-    of each newton of F_n.
+    gage_x (g,) mm, NaN in a row along z; normal: readings under F_n alone; full_stick (g,)
+    microstrain/N: response to a small shear where all sticks; tangential_stiffness: dF_t/dx then,
+    N/mm. sticking: the like responses with their signs by F_n, at a few depths; stiffness (k,)
+    dF_t/dx there. approach (c,) mm, of the press. delay: samples from a move until it is measured.
+    cross_talk: F_t measured of each newton of F_n.
     """
 
     gage_x: Array

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 
 FACES = {"upper": (1.0, 0.0), "lower": (0.0, 1.0), "both": (0.5, 0.5)}
 
@@ -74,6 +74,16 @@ def response(before: Sample, now: Sample, calibration: NormalCalibration | None 
         change = change - (calibration.at(now.normal_force) - calibration.at(before.normal_force))
     force = now.tangential_force - before.tangential_force
     return np.abs(change / force) if force != 0.0 else np.full(len(change), np.nan)
+
+
+def line_of(gage_x: Array) -> IntArray:
+    """The gages that have a place along x, in its order; others tell nothing of a length in x.
+
+    >>> line_of(np.array([1.0, np.nan, -1.0]))
+    array([2, 0])
+    """
+    order = np.argsort(gage_x, kind="stable")
+    return order[np.isfinite(gage_x[order])]
 
 
 def length_over(positions: Array, values: Array, threshold: float) -> float:

@@ -101,6 +101,7 @@ def build_model(
         readouts.append(sp.csr_matrix(thermal_loads(body, expansions_of(design, mesh)).T))
     read = time.perf_counter() - start
     condensed = condense_body(body, readouts, store)
+    positions = gage_positions(frames, design.gages)
     alone = None
     if warms:  # the load of its own is that of one kelvin
         condensed = replace(condensed, load_displacement=condensed.readouts[-1][0])
@@ -113,7 +114,8 @@ def build_model(
         point_readout=np.vstack(
             [np.empty((0, len(condensed.compliance))), *condensed.readouts[1 : 1 + len(points)]]
         ),
-        gage_positions=gage_positions(frames, design.gages),
+        gage_positions=positions,
+        gage_x=places_along_x(frames, positions),
         free_ends=free_ends(design.body, mesh),
         depth=depth,
         load_gage_strain=alone,
@@ -194,6 +196,13 @@ def gage_positions(frames: Sequence[PlateFrame], gages: Gages) -> Array:
     if gages.grid == "double_axial":
         centres = centres.reshape(-1, 2, 3).mean(axis=1).repeat(2, axis=0)
     return centres
+
+
+def places_along_x(frames: Sequence[PlateFrame], positions: Array) -> Array:
+    """Of gages at positions (plates, 3) their x (plates,), mm; NaN in a row along z, which has no
+    place along the shear: it would read nothing of it and seem to slip there."""
+    in_row = np.array([frame.along == "x" for frame in frames], dtype=bool)
+    return np.where(in_row, positions[:, 0], np.nan)
 
 
 def free_ends(body: FingerBody, mesh: Mesh) -> tuple[float, float] | None:

@@ -29,13 +29,15 @@ def reduced_model(
     gage_readout: Array | None = None,
     point_readout: Array | None = None,
     gage_positions: Array | None = None,
+    gage_x: Array | None = None,
     free_ends: tuple[float, float] | None = None,
     depth: float | None = None,
     load_gage_strain: Array | None = None,
 ) -> ReducedModel:
     """Build the model that contact sees, from a condensed body and its readouts.
 
-    gage_positions (plates, 3): the gages' centres, mm; free_ends: z (mm) below the first and above
+    gage_positions (plates, 3): the gages' centres, mm; gage_x (plates,): their places along x, NaN
+    for none (None: all their x); free_ends: z (mm) below the first and above
     the second of which nodes count as at a free end (None: nowhere); depth: mm, for plane strain
     the thickness by default, in 3-D the extent in z; load_gage_strain (plates, 2): strains under
     the body's own loads. Raises SolverError where the supports do not carry every contact force.
@@ -73,7 +75,7 @@ def reduced_model(
         locked=locked,
         depth=depth,
         symmetry_factor=factor,
-        gage_x=gages[:, 0],
+        gage_x=gages[:, 0] if gage_x is None else gage_x,
         gage_positions=gages,
         load_displacement=None if moved is None else moved.reshape(where.shape),
         load_gage_strain=load_gage_strain,

@@ -32,10 +32,11 @@ def gage_areas(
     """Areas (k,) mm, None in a row that presses; their variances (k,) by each source, and last by
     the gages' factors."""
     readings, force = found.readings.reading, found.readings.tangential_force
-    places = {frame.index: frame.x for frame in plate_frames(design)}
-    plates = sorted(gage_array(design), key=places.__getitem__)
+    frames = plate_frames(design)
+    places = {frame.index: frame.x for frame in frames if frame.along == "x"}
+    plates = sorted(set(gage_array(design)) & places.keys(), key=places.__getitem__)
     shears = _shears(scene)
-    if len(plates) < 2 or readings.shape[1] < len(places) or not shears.any():
+    if len(plates) < 2 or readings.shape[1] < len(frames) or not shears.any():
         return [None] * len(force), [np.zeros(len(force))] * (len(sources) + 1)
     x = np.array([places[plate] for plate in plates])
     first = _responses(readings[:, plates], force)[int(np.argmax(shears))]

@@ -138,6 +138,24 @@ def test_a_small_step_is_read_from_further_back_and_gages_may_stand_in_any_order
     np.testing.assert_array_equal(turned.response[:, ::-1], got.response)
 
 
+def test_gages_of_a_row_along_z_are_no_part_of_the_area(problem):
+    """They read nothing of a shear along x; the study is that of a finger without them."""
+    first, x = [0, 2, 3, 5, 6, 8], problem.model.gage_x.copy()
+    alone = contact_problem(problem.model.with_gages(first), Plane(0.0), 0.5)
+    x[[1, 4, 7]] = np.nan
+    got, expected = (
+        study.slip_study(
+            *(each, ROWS, "both", places),
+            study.HandKnowledge(study.normal_calibration(each, "both", 0.12), 0.05, 0.01),
+        )
+        for each, places in ((problem, x), (alone, x[first]))
+    )
+    assert got.gage_area_mm.max() > 0.0
+    np.testing.assert_allclose(got.gage_area_mm, expected.gage_area_mm, rtol=1e-9)
+    np.testing.assert_allclose(got.response, expected.response, rtol=1e-6, atol=1e-9)
+    assert got.rank_correlation == expected.rank_correlation
+
+
 def test_a_response_goes_back_to_where_the_force_differs_by_the_floor(problem):
     """Ten times as many increments make the same area wherever both paths have a point."""
     calibration, x = study.normal_calibration(problem, "both", 0.12), problem.model.gage_x

@@ -124,6 +124,27 @@ def test_gages_out_of_order_change_nothing():
         plant.move(command)
 
 
+def test_gages_of_a_row_along_z_change_nothing():
+    def with_others(force):
+        return np.append(shrinking_from(3.0)(force), [0.0, 0.0])
+
+    none = np.array([np.nan, np.nan])
+    more = replace(
+        BENCH,
+        gage_x=np.append(GAGE_X, none),
+        full_stick=np.append(BENCH.full_stick, [0.0, 0.0]),
+        normal=NormalCalibration(np.array([0.0, 10.0]), np.zeros((2, 7))),
+    )
+    plain, _ = drive(Spring(shrinking_from(3.0)), PaperController(SETTINGS), 18)
+    plant, controller = Spring(with_others), PaperController(SETTINGS)
+    plant.sample = Sample(np.zeros(7), 1.0, 0.0)
+    controller.start(more, plant.sample)
+    for expected in plain:
+        command = controller.command(plant.sample)
+        assert command == expected
+        plant.move(command)
+
+
 def test_replayed_arrays_give_the_same_commands(half_plane, design):
     """The trace's plain arrays are all that the controller had."""
     episode = run_episodes(Rig.of(half_plane, design), [0.3], 500.0)[0]

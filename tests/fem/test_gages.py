@@ -9,7 +9,13 @@ from scipy.spatial.transform import Rotation
 from fingerdesign.design.schema import Design, Gages
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.finite.gage_lines import gage_lines
-from fingerdesign.fem.model import build_model, free_ends, gage_positions, materials_of
+from fingerdesign.fem.model import (
+    build_model,
+    free_ends,
+    gage_positions,
+    materials_of,
+    places_along_x,
+)
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
@@ -128,6 +134,10 @@ def test_gages_lie_about_their_plates_middle(whole):
     assert np.allclose(read(whole, flat, field), 1.0 + 0.2, atol=1e-9)
     assert np.allclose(gage_positions([flat], GAGES), [[0.5, 3.0, 1.2]])
     assert np.allclose(gage_positions([ALONG_Z], GAGES), [[-0.2 + 0.2, 3.0, 0.7]])
+    both = [flat, ALONG_Z]
+    places = places_along_x(both, gage_positions(both, GAGES))
+    assert places[0] == 0.5
+    assert np.isnan(places[1])
 
 
 @pytest.mark.parametrize("frame", [BENT, PlateFrame(0, 0.4, 3.0, 0.0, 2.0, 0.1, -1, 2, "z", 4.0)])

@@ -25,10 +25,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from fingerdesign.control.roster import Command, Object, Range, controller
-from fingerdesign.control.signals import Sample, gage_area, response
+from fingerdesign.control.signals import Sample, gage_area, line_of, response
 
 if TYPE_CHECKING:
     from fingerdesign.control.calibration import Calibration
@@ -75,7 +73,7 @@ class PaperController:
     def start(self, calibration: Calibration, sample: Sample) -> None:
         """Begin a grip; see :class:`Controller`."""
         self._calibration = calibration
-        self._order = np.argsort(calibration.gage_x, kind="stable")
+        self._order = line_of(calibration.gage_x)
         self._stiffness = calibration.tangential_stiffness
         self._dx = 0.0
         self._last = sample
