@@ -1,11 +1,8 @@
-"""The search from a design for one that passes: its space, the hand, the order of its work."""
+"""The search from a design for one that passes: the order of its work, and what it reports."""
 
-import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from fingerdesign_bench.any_finger.step_samples import sample_step
 
 from fingerdesign.analysis.shortfall import (
     GRIP_FORCE,
@@ -15,17 +12,15 @@ from fingerdesign.analysis.shortfall import (
     slip_shortfall,
 )
 from fingerdesign.analysis.verdicts import verdict_view
-from fingerdesign.checks.load import load_design, parse_design, with_values
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.shipped import shipped_text
-from fingerdesign.errors import DesignError
-from fingerdesign.records.outcome import Outcome, Traces
+from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
 from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.passing.found import castable
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import front_of
-from fingerdesign.search.passing.hands import BATCH, MOST_HANDS, STEP_FACTORS, hand_of, with_travel
 from fingerdesign.search.passing.page import passing_page
 from fingerdesign.search.passing.passing import (
     find_passing,
@@ -36,8 +31,7 @@ from fingerdesign.search.passing.passing import (
 from fingerdesign.search.passing.ranges import PASSING
 from fingerdesign.search.passing.space import changes_between, space_of
 from fingerdesign.search.run.evaluate import Job
-from fingerdesign.search.study.values import Range
-from fingerdesign.search.study.variants import variant_of
+from tests.support.passing import outcome
 
 
 def study(rank, step=0.5):
@@ -74,41 +68,6 @@ def test_shortfall_is_zero_with_room_and_grows_with_what_is_missing():
     assert grip_shortfalls([grip(1.1, margin=1.1)])[GRIP_FORCE] > 0.0
 
 
-@pytest.mark.parametrize(
-    "name", ["maeno2000", "narrow", "both_ways", "homogeneous", "domed", "pin"]
-)
-def test_space_begins_inside_its_ranges(name):
-    design = load_design(name)
-    space = space_of(design, Freedom())
-    assert space.base.gages.grid == "tee"
-    assert space.base.plates.material == "polyimide"
-    assert not space.base.plates.rows
-    assert space.base.plates.count > 0
-    for start in space.starts:
-        assert start.keys() == space.parameters.keys()
-        for key, value in start.items():
-            own = space.parameters[key]
-            assert own.low <= value <= own.high if isinstance(own, Range) else value in own
-    # Plates of shipped fingers in proportion to the width, and as they are; a pin is too round.
-    sizes = {start["plates.pitch_mm"] for start in space.starts}
-    assert len(sizes) > (1 if name in ("pin", "maeno2000") else 2)
-    # The last start is a finger that can exist, at the design's own size.
-    made = variant_of(study_of(space), space.base, 1, space.starts[-1])
-    assert made.design is not None, made.faults
-
-
-@pytest.mark.parametrize("name", ["maeno2000", "domed", "block"])
-def test_trials_near_a_finger_can_exist_and_differ_in_some_keys(name):
-    space = space_of(load_design(name), Freedom())
-    start = space.starts[-1]
-    drawn = [space.near(start, np.random.default_rng(seed)) for seed in range(12)]
-    assert all(map(space.sound, drawn))
-    assert all(each != start for each in drawn)
-    unchanged = [sum(each[key] == start[key] for key in start) / len(start) for each in drawn]
-    assert 0.3 < np.mean(unchanged) < 0.8
-    assert drawn[3] == space.near(start, np.random.default_rng(3))
-
-
 def test_trials_after_the_starts_are_near_the_best(tmp_path):
     """The best start is the last: later draws differ from it by less than from the first."""
     space = space_of(load_design("maeno2000"), Freedom())
@@ -140,178 +99,6 @@ def test_share_of_the_gage_area_is_chosen_after_the_analysis(tmp_path):
         found = find_passing(space, Freedom(), trials, evaluated, lambda design: None, 2)
     assert shares[-1] == 0.6
     assert all(each.design.gages.area_share == 0.6 for each in found.candidates)
-
-
-@pytest.mark.parametrize("name", ["pin", "block", "boned"])
-def test_search_begins_with_film_plates_that_fit_any_body(name):
-    space = space_of(load_design(name), Freedom())
-    assert space.starts[-1]["plates.length_mm"] < 1.0
-    assert space.base.body.shape == {"pin": "revolved"}.get(name, "arc")
-    assert all(map(space.sound, space.starts))
-
-
-def test_a_kept_body_keeps_its_top_and_own_plates_where_short_ones_do_not_fit():
-    block, pin = (space_of(load_design(name), Freedom(keep=("body",))) for name in ("block", "pin"))
-    assert block.base.body == load_design("block").body
-    assert "body.shape" not in block.replaced
-    assert pin.base.body == load_design("pin").body  # Its spherical end is as round as it is wide.
-    assert pin.base.plates.count == load_design("pin").plates.count
-
-
-def similar(name):
-    """The base of a search, and its first trial with the proportions of a finger that passes."""
-    space = space_of(load_design(name), Freedom())
-    design = variant_of(study_of(space), space.base, 1, space.starts[1]).design
-    size, known = design.body.width_mm / 22.0, load_design(PASSING[0]).body
-    assert design.body.depth_mm == pytest.approx(size * known.depth_mm, abs=0.1)
-    assert design.body.arc_radius_mm == pytest.approx(size**2 * known.arc_radius_mm, abs=0.5)
-    return space.base, design
-
-
-def test_what_lies_inside_becomes_shallower_with_the_body():
-    """A finger that is as deep for its width as its design follows less well."""
-    base, design = similar("boned")
-    by = design.body.depth_mm / base.body.depth_mm
-    assert by < 0.8
-    assert design.body.core.depth_mm == pytest.approx(by * base.body.core.depth_mm)
-    by = design.body.base_height_mm / base.body.base_height_mm
-    assert design.body.core.height_mm == pytest.approx(by * base.body.core.height_mm)
-    base, design = similar("both_ways")
-    by = design.body.depth_mm / base.body.depth_mm
-    assert design.plates.span_mm == pytest.approx(by * base.plates.span_mm)
-    deep = space_of(load_design("boned"), Freedom(keep=("body.depth_mm",)))
-    assert not any("body.depth_mm" in key for key in deep.parameters)
-
-
-def test_kept_keys_stay_and_freed_ones_vary():
-    design = load_design("maeno2000")
-    space = space_of(design, Freedom(keep=("body", "plates.material"), free=("grip.preload_mm",)))
-    assert not any(key.startswith("body") for key in space.parameters)
-    assert space.base.plates.material == "phosphor_bronze"
-    assert "grip.preload_mm" in space.parameters
-    rows = load_design("both_ways")
-    assert space_of(rows, Freedom(keep=("plates.rows",))).base.plates.rows == rows.plates.rows
-
-
-def test_faults_of_kept_and_freed_keys_come_together():
-    freedom = Freedom(keep=("plates.pich_mm",), free=("body.shape", "plates.cont"))
-    with pytest.raises(DesignError) as found:
-        space_of(load_design("maeno2000"), freedom)
-    faults = {fault.value: fault.remedy for fault in found.value.faults}
-    assert "plates.pitch_mm" in faults["plates.pich_mm"]
-    assert "plates.count" in faults["plates.cont"]
-    assert faults["body.shape"]
-    everything = Freedom(keep=("body", "plates", "gages"))
-    with pytest.raises(DesignError, match="--keep"):
-        space_of(load_design("maeno2000"), everything)
-
-
-def outcome(design, shortfall, **metrics):
-    """The outcome of a job: loads as on a layer, so that a travel can be found."""
-    depths = (0.05, 0.1, 0.2)
-    traces = Traces(approach_mm=depths, normal_force_N=tuple(300.0 * d**1.5 for d in depths))
-    digest = f"{abs(hash(repr(design.model_dump()))):064x}"[:64]
-    found = {"shortfall": shortfall, "area_correlation": 0.9, "smallest_stick_change": 0.05}
-    return Outcome(
-        digest,
-        design.design.name,
-        {},
-        {},
-        "fundamental",
-        "3d",
-        "ok",
-        metrics=found | metrics,
-        traces=traces,
-    )
-
-
-def test_travel_presses_with_twice_the_least_force():
-    design = load_design("maeno2000")
-    found = with_travel(design, outcome(design, 0.0))
-    force = 300.0 * found.grip.max_approach_mm**1.5
-    least = 0.5e-3 * 9.80665 * 500.0 / min(design.grip.friction_coefficients)
-    assert force == pytest.approx(2.0 * least, rel=0.01)
-
-
-def test_hand_is_found_and_its_search_ends_early():
-    design = load_design("maeno2000")
-    judged = []
-
-    def judge(designs):
-        judged.extend(designs)
-        short = [abs(math.log(each.grip.curve_per_N / 0.3)) for each in designs]
-        return [
-            outcome(each, s if s > 0.5 else 0.0) for each, s in zip(designs, short, strict=True)
-        ]
-
-    hand = hand_of(design, judge, lambda count: None)
-    assert hand.shortfall == 0.0
-    assert abs(math.log(hand.values["grip.curve_per_N"] / 0.3)) <= 0.5
-    assert len(judged) < 22
-    assert len(judged[0].grip.friction_coefficients) == 5  # Three of the design's, two between.
-
-
-def test_hand_that_passes_with_its_own_steps_alone_is_not_taken_where_another_is_steady():
-    """Hands with a small dead band fail with longer steps."""
-    design, counts = load_design("maeno2000"), []
-    own = design.grip.approach_step_mm
-
-    def judge(designs):
-        return [outcome(g, float(longer(g) and g.grip.dead_band_mm < 0.06)) for g in designs]
-
-    def longer(each):
-        return each.grip.approach_step_mm > own
-
-    hand = hand_of(design, judge, counts.append)
-    assert hand.steady
-    assert hand.values["grip.dead_band_mm"] >= 0.06
-    fails = hand_of(
-        design,
-        lambda designs: [
-            outcome(each, float(each.grip.approach_step_mm > own)) for each in designs
-        ],
-        counts.append,
-    )
-    assert fails.shortfall == 0.0
-    assert fails.stepped == 1.0
-    assert counts[-1] <= MOST_HANDS + BATCH
-
-
-def test_a_hand_that_the_widest_steps_rule_out_is_tried_with_no_others():
-    """All hands are short by 1 with the widest steps: only the first is tried with the others."""
-    design, factors = load_design("maeno2000"), []
-    own = design.grip.approach_step_mm
-
-    def judge(designs):
-        factors.extend(each.grip.approach_step_mm / own for each in designs)
-        return [outcome(each, float(each.grip.approach_step_mm != own)) for each in designs]
-
-    hand = hand_of(design, judge, lambda count: None)
-    assert (hand.shortfall, hand.stepped) == (0.0, 1.0)
-    wide, narrow = (sum(map(pytest.approx(by).__eq__, factors)) for by in (1.05, 1.025))
-    assert narrow == 1 < wide
-
-
-def test_a_finger_whose_hands_all_fail_is_left_after_half_of_them():
-    design, counts = load_design("maeno2000"), []
-    hand_of(design, lambda designs: [outcome(each, 1.0) for each in designs], counts.append)
-    assert MOST_HANDS // 2 <= counts[-1] < MOST_HANDS // 2 + BATCH
-
-
-@pytest.mark.parametrize("keep", ["grip", "grip.curve_per_N"])
-def test_keys_of_the_hand_that_are_to_stay_do_stay(keep):
-    design, tried = load_design("maeno2000"), []
-
-    def judge(designs):
-        tried.extend(designs)
-        return [outcome(each, 1.0) for each in designs]
-
-    allows = Freedom(keep=(keep,)).allows
-    assert with_travel(design, outcome(design, 0.0), allows).grip.curve_per_N == 0.1
-    hand_of(design, judge, lambda count: None, allows)
-    assert {each.grip.curve_per_N for each in tried} == {design.grip.curve_per_N}
-    # A hand that is to stay is tried once, and with other steps.
-    assert (len(tried) == 1 + sum(map(len, STEP_FACTORS))) == (keep == "grip")
 
 
 class Bench:
@@ -484,29 +271,6 @@ def test_an_arc_replaces_a_body_of_which_none_passes(tmp_path, plane_strain, kee
     assert "--keep body.shape" in passing_page(design, found)
 
 
-def test_trials_of_a_users_own_cad_are_made_on_an_arc_of_its_size():
-    file = sample_step("filleted", 16.0, 12.0, 10.0, 1.5)
-    body = f'body = {{ shape = "step", step = {{ file = "{file}" }} }}'
-    stepped = parse_design(f'design.name = "mine"\nplates.count = 0\n{body}')
-    space = space_of(stepped, Freedom())
-    arc = space.on_arc(space.base)
-    assert arc.body.shape == "arc"
-    assert arc.body.step is None
-    assert (arc.body.width_mm, arc.body.depth_mm) == (stepped.body.width_mm, stepped.body.depth_mm)
-    good = outcome(space.base, 0.0)
-    good = replace(good, values={**space.starts[-1], "plates.pitch_mm": 0.77})
-    conceded = space.plainer(Freedom(), [good])
-    assert conceded.starts[0].items() >= good.values.items()
-    assert conceded.given_up == ("body.shape",)
-    own = {key for key in {*conceded.parameters} - {*space.parameters} if key.startswith("body")}
-    assert own == {"body.arc_radius_mm", "body.base_height_mm", "body.depth_mm"}
-    made = variant_of(study_of(conceded), conceded.base, 1, conceded.starts[0])
-    assert made.design is not None, made.faults
-    assert conceded.base.plates.span_mm == space.base.plates.span_mm
-    assert space.plainer(Freedom()).base.plates.span_mm is None
-    assert space.plainer(Freedom(keep=("body",))) is None
-
-
 @pytest.mark.parametrize("cast", [True, False])
 def test_fingers_that_can_be_cast_come_first(tmp_path, plane_strain, cast):
     """Plates in proportion to a narrow finger follow best, but no mold has webs for them."""
@@ -629,6 +393,8 @@ def test_trials_are_fewer_where_they_need_tetrahedra():
 
 
 # The swept mesh, coarse, and one friction: what the search finds is tested above.
+
+
 COARSE = """[mesh]
 mesher = "sweep"
 layers = 3

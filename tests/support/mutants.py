@@ -84,14 +84,19 @@ fingerdesign/search/passing/space.py | tests/search/test_passing.py
 + if base.body.core is not None and freedom.allows("body.core"):
 
 optimise: the radius of a similar finger goes with its width
-fingerdesign/search/passing/ranges.py | tests/search/test_passing.py
+fingerdesign/search/passing/ranges.py | tests/search/test_passing_space.py
 - powers = dict.fromkeys(_LENGTHS, 1) | {"body.arc_radius_mm": 2}
 + powers = dict.fromkeys(_LENGTHS, 1) | {"body.arc_radius_mm": 1}
 
 optimise: a core stays as deep as it was in a shallower body
-fingerdesign/search/passing/ranges.py | tests/search/test_passing.py
+fingerdesign/search/passing/ranges.py | tests/search/test_passing_space.py
 - ("body.core.depth_mm", "body.depth_mm"),
 + ("body.core.depth_mm", "body.width_mm"),
+
+gage area: gages of a row along z get their own x
+fingerdesign/fem/model.py | tests/fem/test_gages.py
+- return np.where(in_row, positions[:, 0], np.nan)
++ return positions[:, 0].copy()
 
 friction law: the cap is left out
 fingerdesign/shapes/friction.py | tests/contact/test_friction_laws.py
