@@ -18,7 +18,7 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.found import castable
+from fingerdesign.search.passing.found import castable, conflicts_of
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import front_of
 from fingerdesign.search.passing.page import passing_page
@@ -340,6 +340,10 @@ def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
     found, _ = searched(tmp_path, lambda design: judged(plane_strain.result, 4.0), hand=1.0)
     assert not found.passes
     assert "grip force" in found.conflict
+    assert "noise" not in found.conflict
+    noisy = with_values(found.space.base, {"grip.hardware.gage_noise_microstrain": 0.5})
+    noisy_space = replace(found.space, base=noisy)
+    assert "noise in grip.hardware" in " ".join(conflicts_of(replace(found, space=noisy_space)))
     pairs = [(0.9, 0.3), (0.6, 0.05)]
     tried = tuple(
         replace(each, outcomes=(seen(*pair),))
