@@ -415,7 +415,8 @@ def test_a_finger_is_searched_from_a_file_and_its_comments_stay(tmp_path, termin
     few = ("--trials", 1, "--workers", 1)
     assert "all 4 pass" in terminal("optimise", path, "--out", tmp_path / "out", *few).out
     written = (tmp_path / "out" / "mine-optimised.toml").read_text("utf-8")
-    assert written.startswith(text.splitlines()[0])
+    assert "fingerdesign optimise" in written.splitlines()[0]
+    assert written.splitlines()[1] == text.splitlines()[0]
     assert "polyimide" in written
     result = read_result(tmp_path / "out" / "mine-optimised")
     assert verdict_view(result).summary == "all 4 pass"

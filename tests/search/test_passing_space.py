@@ -116,6 +116,19 @@ def test_faults_of_kept_and_freed_keys_come_together():
     everything = Freedom(keep=("body", "plates", "gages"))
     with pytest.raises(DesignError, match="--keep"):
         space_of(load_design("maeno2000"), everything)
+    both = Freedom(keep=("body",), free=("body.width_mm", "gages.z_mm"))
+    bounds = {fault.value: fault.bound for fault in both.faults(load_design("film_tees"))}
+    assert bounds == {
+        "body.width_mm": "a key that is not kept",
+        "gages.z_mm": "a key that is not 0",
+    }
+
+
+def test_a_finger_that_must_stay_without_a_row_along_x_is_refused():
+    """Its analysis would judge no gage, so that no verdict would fail."""
+    with pytest.raises(DesignError, match="no gage sees slip"):
+        space_of(load_design("homogeneous"), Freedom(keep=("plates",)))
+    assert space_of(load_design("homogeneous"), Freedom()).parameters
 
 
 def test_trials_of_a_users_own_cad_are_made_on_an_arc_of_its_size():

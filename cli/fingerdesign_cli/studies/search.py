@@ -14,6 +14,7 @@ from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text, kind_of
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULTS
@@ -184,8 +185,10 @@ def optimise_design(
     target, page, journal = (out / each for each in (name, f"{name}.html", f"{name}.trials.jsonl"))
     file = out / f"{name}.toml"
     refuse_foreign(RESULTS, target)
+    _refuse_in_the_way(design_file, out, file, page)
     space_of(design, freedom)  # Refuses unknown keys before processes start.
-    text = file_text(design_file)
+    text = f"# Made by `fingerdesign optimise {design_file}`, whose comments follow.\n"
+    text += file_text(design_file)
     with (
         progress(design.design.name, not as_json()) as show,
         Cluster(setting.workers, setting.scheduler) as cluster,
@@ -212,6 +215,15 @@ def optimise_design(
     _say_found(found, design, target, file, page)
     open_page(page)
     return 0 if found.passes else 1
+
+
+def _refuse_in_the_way(design_file: Path, out: Path, *written: Path) -> None:
+    """DesignError where a file that the search writes is the user's own design, or a folder."""
+    for each in written:
+        if each.is_dir() or each.resolve() == design_file.resolve():
+            what = "a folder" if each.is_dir() else "your own design"
+            bound = f"a folder where {each.name} can be written: it is {what}"
+            raise DesignError([Fault("--out", str(out), bound, "choose another --out")], str(out))
 
 
 def _named(design: Design, name: str) -> Design:

@@ -36,6 +36,14 @@ class Freedom:
                 near = difflib.get_close_matches(key, [*known, *tables], 1)
                 remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/design.md"
                 found.append(Fault(option, key, "a key of the design", remedy))
-        bound, remedy = "a key with a number", "only numbers can vary between bounds"
-        fixed = [key for key in self.free if key in known and not is_number(known[key])]
-        return found + [Fault("--free", key, bound, remedy) for key in fixed]
+        for key in (each for each in self.free if each in known):
+            if not is_number(known[key]):
+                bound, remedy = "a key with a number", "only numbers can vary between bounds"
+            elif not known[key]:
+                bound, remedy = "a key that is not 0", "it varies by 0.7 to 1.4 times; set a number"
+            elif not self.allows(key):
+                bound, remedy = "a key that is not kept", "leave out --keep or --free of it"
+            else:
+                continue
+            found.append(Fault("--free", key, bound, remedy))
+        return found

@@ -18,6 +18,7 @@ from fingerdesign.design.io import design_data
 from fingerdesign.design.keys import leaves, set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.rows import plate_frames
 from fingerdesign.materials import MATERIALS
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.passing.freedom import Freedom
@@ -158,9 +159,17 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     if not parameters:
         fault = Fault("--keep", ", ".join(freedom.keep), "some key left to vary", "keep fewer keys")
         raise DesignError([fault], design.design.name)
+    if "plates.count" not in parameters and not _has_row(base):
+        bound = "a row of plates along x: without one no gage sees slip along x"
+        fault = Fault("plates.count", base.plates.count, bound, "keep no key of [plates]")
+        raise DesignError([fault], design.design.name)
     arc_first = flat_dome or base.body.shape in ("revolved", "step")
     space = Space(base, parameters, (), replaced, arc_first)
     return replace(space, starts=_sound_starts(space, starts_of(base, parameters)))
+
+
+def _has_row(design: Design) -> bool:
+    return any(frame.along == "x" for frame in plate_frames(design))
 
 
 def _sound_starts(
