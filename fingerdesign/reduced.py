@@ -105,6 +105,12 @@ class ReducedModel:
         """Axes (dim,) along which no component is locked: forces there balance the base's."""
         return np.asarray(~self.locked.any(axis=0))
 
+    @property
+    def gage_centres_x(self) -> Array:
+        """x of all gages (plates,), mm, those of rows along z too; a model without positions has
+        rows along x alone."""
+        return self.gage_positions[:, 0] if len(self.gage_positions) else self.gage_x
+
     def with_gages(self, plates: Sequence[int]) -> Self:
         """The same finger with the gages of some plates only, in the order given."""
         chosen = np.asarray(plates, dtype=np.int64)

@@ -180,7 +180,7 @@ def _layouts(work: _Work) -> tuple[tuple[Layout, ...], dict[int, Chosen]]:
             continue
         work.report(f"trying layouts of {count} gages")
         named = {"searched": own.counts[count]} if count in own.counts else {}
-        placed = layouts(work.problem.model.gage_positions[:, 0], count)
+        placed = layouts(work.problem.model.gage_centres_x, count)
         named |= {k: v for k, v in placed.items() if len(v) == count}
         found = list(work.pool.map(work.learner.errors, named.values()))
         tried += [
@@ -218,7 +218,7 @@ def _gages(work: _Work, whole: Network) -> tuple[Gage, ...]:
     every = own.sets[tuple(range(sampled.gages))]
     alive = network_errors(whole, sampled)
     found = []
-    for k, x in enumerate(work.problem.model.gage_positions[:, 0]):
+    for k, x in enumerate(work.problem.model.gage_centres_x):
         dead = network_errors(whole, sampled, sampled.with_dead(k))
         found.append(
             Gage(
