@@ -114,9 +114,11 @@ class FiniteRange(click.FloatRange):
 def masses_of(text: str) -> float | list[float] | None:
     """A mass in g or a range of two as a design writes it; None of other text.
 
-    >>> masses_of("500g"), masses_of("50..500"), masses_of("light")
+    >>> masses_of("500g"), masses_of("50..500"), masses_of("0.01...500")
     (500.0, [50.0, 500.0], None)
     """
+    if "..." in text:
+        return None
     try:
         ends = [float(part) for part in text.strip().removesuffix("g").split("..")]
     except ValueError:

@@ -22,6 +22,7 @@ from fingerdesign.contact.solver.kernel import kernel
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.rig import Rig
+from fingerdesign.control.signals import line_of
 from fingerdesign.design.grip import FORCE_NOISE_N, weight_per_finger
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -107,7 +108,7 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
 
     Each row is cut into four: with eight points a few large steps decide a rank correlation.
     """
-    if case.scene is not None or not case.studied or len(problem.model.gage_x) < LEAST_GAGES:
+    if case.scene is not None or not case.studied or len(line_of(problem.model.gage_x)) < LEAST_GAGES:
         return ()
     if not problem.law.is_coulomb:
         return ()  # the study scales its path by the friction coefficient

@@ -62,12 +62,12 @@ def plane_strain_faults(design: Design) -> list[Fault]:
     in the section z = 0, and drawn straight.
     """
     if design.body.shape == "step":
-        bound = "a parametric shape for --fidelity plane-strain: a STEP body's section is not taken"
+        bound = "a parametric shape for plane strain: a STEP body's section is not taken"
         return [Fault("body.shape", "step", bound, "take --fidelity 3d")]
     faults: dict[str, Fault] = {}
     for row in plate_rows(design):
         if row.table.along == "z":
-            bound = "'x' for --fidelity plane-strain: the section z = 0 shows no plate along z"
+            bound = "'x' for plane strain: the section z = 0 shows no plate along z"
             key = row.key("along")
             faults.setdefault(key, Fault(key, "z", bound, "take --fidelity 3d"))
             continue
@@ -75,7 +75,7 @@ def plane_strain_faults(design: Design) -> list[Fault]:
         if missed:
             name = "stagger_mm" if row.table.stagger_mm else "span_offset_mm"
             key, value = row.key(name), row.value(name)
-            bound = "such that the section z = 0 cuts every plate, for --fidelity plane-strain"
+            bound = "such that the section z = 0 cuts every plate, for plane strain"
             reported = f"{bound} (it misses plate {missed[0]})"
             faults.setdefault(key, Fault(key, value, reported, "take --fidelity 3d"))
     return list(faults.values())

@@ -158,17 +158,19 @@ def _pair_faults(design: Design) -> list[Fault]:
     """Find two plates of one bridge that do not lie at opposite angles in one row."""
     if design.gages.grid != "double_axial":
         return []
+    faults = []
     for row in plate_rows(design):
         first, last = row.frames[0].index, row.frames[-1].index
         if len(row.frames) % 2:
             bound = f"'axial' or 'tee' for a row of {len(row.frames)} plates ({first} to {last})"
             remedy = f"give the row an even number of plates ({row.key('count')})"
-            return [Fault("gages.grid", "double_axial", bound, remedy)]
-        for one, two in zip(row.frames[::2], row.frames[1::2], strict=True):
+            faults.append(Fault("gages.grid", "double_axial", bound, remedy))
+        for one, two in zip(row.frames[::2], row.frames[1::2], strict=False):
             slopes = np.sin(np.radians([2.0 * one.angle_deg, 2.0 * two.angle_deg]))
             if slopes[0] * slopes[1] > -_LEAST_SLOPE:
                 angles = f"{one.angle_deg:.4g} and {two.angle_deg:.4g} degrees"
                 bound = f"'axial' or 'tee' for plates {one.index} and {two.index} at {angles}"
                 remedy = "give a pair opposite angles: plates.alternate = true, or plates.placement"
-                return [Fault("gages.grid", "double_axial", bound, remedy)]
-    return []
+                faults.append(Fault("gages.grid", "double_axial", bound, remedy))
+                break
+    return faults

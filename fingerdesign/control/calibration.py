@@ -29,7 +29,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.plants.plant import Plant, PlantMaker, press
-from fingerdesign.control.signals import NormalCalibration, Sample, response
+from fingerdesign.control.signals import NormalCalibration, Sample, line_of, response
 from fingerdesign.errors import SolverError
 
 if TYPE_CHECKING:
@@ -105,10 +105,11 @@ def calibrate(
     make_plant: at rest at each point; make_moving: as the rig feels a grip, None without a delay.
     Raises SolverError where the plant fails, or where nothing is measured: no gages, no force.
     """
-    if len(gage_x) < LEAST_GAGES:
+    in_line = len(line_of(gage_x))
+    if in_line < LEAST_GAGES:
         raise SolverError(
-            f"the grip's rule needs at least {LEAST_GAGES} gages, the design has "
-            f"{len(gage_x)}; add plates"
+            f"the grip's rule needs at least {LEAST_GAGES} gages in a row along x, the design has "
+            f"{in_line}; add plates"
         )
     samples = list(press(make_plant(), bounds.max_approach, bounds.approach_step))
     forces = np.array([0.0, *(sample.normal_force for sample in samples)])

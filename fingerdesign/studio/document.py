@@ -24,7 +24,8 @@ SHIPPED = "maeno2000"  # what is shown where no design is named
 
 
 def with_keys(text: str, values: Mapping[str, object]) -> str:
-    """TOML ``text`` with dotted keys set, its comments and its order unchanged.
+    """TOML ``text`` with dotted keys set, its comments and its order unchanged. A key that is set
+    is no longer ``assumed``.
 
     >>> print(with_keys('[plates]  # bronze\\ncount = 15  # as in the paper', {"plates.count": 9}))
     [plates]  # bronze
@@ -35,6 +36,8 @@ def with_keys(text: str, values: Mapping[str, object]) -> str:
     document = tomlkit.parse(text)
     for key, value in values.items():
         set_value(document, key, value)
+        if key in (assumed := document.get("assumed", ())):
+            assumed.remove(key)
     return tomlkit.dumps(document)
 
 

@@ -258,7 +258,7 @@ def test_a_refused_study_adds_nothing_to_the_journal(tmp_path):
     for other in (others, second):
         for content in (whole, whole + b'{"op'):
             journal.write_bytes(content)
-            with pytest.raises(DesignError, match="another study"), Trials(other, BASE, journal):
+            with pytest.raises(DesignError, match="other keys"), Trials(other, BASE, journal):
                 pass
             assert journal.read_bytes() == content
     with Trials(SMALL, BASE, journal) as trials:  # the half line is gone, nothing else written
@@ -284,6 +284,14 @@ def test_what_is_like_a_journal_is_refused_and_left_alone(tmp_path, line):
     with pytest.raises(DesignError, match="journal of trials"):
         Trials(SMALL, BASE, journal).__enter__()
     assert journal.read_text() == line
+
+
+def test_a_folder_or_a_lost_link_in_place_of_a_journal_is_named(tmp_path):
+    link = tmp_path / "link.jsonl"
+    link.symlink_to(tmp_path / "gone")
+    for path, words in ((tmp_path, "it is a folder"), (link, "it is a link to nothing")):
+        with pytest.raises(DesignError, match=words):
+            Trials(SMALL, BASE, path).__enter__()
 
 
 DECIDED = parse_study(

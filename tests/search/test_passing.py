@@ -14,6 +14,7 @@ from fingerdesign.analysis.shortfall import (
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.shipped import shipped_text
+from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
@@ -271,6 +272,13 @@ def test_an_arc_replaces_a_body_of_which_none_passes(tmp_path, plane_strain, kee
     assert "--keep body.shape" in passing_page(design, found)
 
 
+def test_a_damaged_second_journal_is_found_before_the_first_trial(tmp_path):
+    (tmp_path / "t.plainer.jsonl").write_text("no journal")
+    never = pytest.fail
+    with pytest.raises(DesignError, match="no journal of trials"):
+        search_passing(load_design("pin"), Freedom(), tmp_path / "t.jsonl", never, never)
+
+
 @pytest.mark.parametrize("cast", [True, False])
 def test_fingers_that_can_be_cast_come_first(tmp_path, plane_strain, cast):
     """Plates in proportion to a narrow finger follow best, but no mold has webs for them."""
@@ -352,7 +360,7 @@ def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
     page = passing_page(load_design("maeno2000"), replace(found, tried=tried))
     for words in (
         *("Why none passes", "plates.material", "exclude each other"),
-        *("front: slip sensing against gage signal", "hand lacks", "with steps ±5", "(MPa)"),
+        *("front: slip sensing against gage signal", "shortfall of the hand", "with steps ±5", "(MPa)"),
     ):
         assert words in page
 
@@ -411,12 +419,15 @@ def test_a_finger_is_searched_from_a_file_and_its_comments_stay(tmp_path, termin
     text = shipped_text("film_tees").replace('"polyimide"', '"phosphor_bronze"', 1)
     text = text[: text.index("[mesh]")].replace("[0.2, 0.3, 0.8]", "[0.3]", 1) + COARSE
     path = tmp_path / "mine.toml"
+    (tmp_path / "design.schema.json").touch()
+    text = text.replace("#:schema ../fingerdesign/data", "#:schema .", 1)
     path.write_text(text.replace('name = "film_tees"', 'name = "mine"', 1), encoding="utf-8")
     few = ("--trials", 1, "--workers", 1)
     assert "all 4 pass" in terminal("optimise", path, "--out", tmp_path / "out", *few).out
     written = (tmp_path / "out" / "mine-optimised.toml").read_text("utf-8")
     assert "fingerdesign optimise" in written.splitlines()[0]
     assert written.splitlines()[1] == text.splitlines()[0]
+    assert "#:schema ../design.schema.json" in written
     assert "polyimide" in written
     result = read_result(tmp_path / "out" / "mine-optimised")
     assert verdict_view(result).summary == "all 4 pass"

@@ -106,13 +106,16 @@ def test_kept_keys_stay_and_freed_ones_vary():
 
 
 def test_faults_of_kept_and_freed_keys_come_together():
-    freedom = Freedom(keep=("plates.pich_mm",), free=("body.shape", "plates.cont"))
+    wrong = ("body.shape", "plates.cont", "plates")
+    freedom = Freedom(keep=("plates.pich_mm", "materials"), free=wrong)
     with pytest.raises(DesignError) as found:
         space_of(load_design("maeno2000"), freedom)
     faults = {fault.value: fault.remedy for fault in found.value.faults}
     assert "plates.pitch_mm" in faults["plates.pich_mm"]
     assert "plates.count" in faults["plates.cont"]
     assert faults["body.shape"]
+    assert "a table" in faults["plates"]
+    assert "materials" not in faults
     everything = Freedom(keep=("body", "plates", "gages"))
     with pytest.raises(DesignError, match="--keep"):
         space_of(load_design("maeno2000"), everything)

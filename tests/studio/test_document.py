@@ -38,6 +38,12 @@ def test_a_new_key_joins_its_table():
     assert "[body]\nwidth_mm = 21.0" in found
 
 
+def test_a_key_that_is_set_is_no_longer_assumed():
+    text = 'assumed = [\n  "body.width_mm",  # from a picture\n  "body.depth_mm",\n]\n'
+    found = with_keys(text + "[body]\nwidth_mm = 20.0\n", {"body.width_mm": 21.0})
+    assert found == 'assumed = [\n  "body.depth_mm",\n]\n[body]\nwidth_mm = 21.0\n'
+
+
 def test_what_an_editor_writes_is_taken_over_and_wins(file):
     document = Document.of(file)
     document.put({"plates.angle_deg": 30.0, "plates.cover_mm": 0.8})

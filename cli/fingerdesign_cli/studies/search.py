@@ -1,5 +1,6 @@
 """``fingerdesign sweep`` and ``optimise``: the variants of a study, here or on a cluster."""
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
@@ -65,6 +66,7 @@ from fingerdesign_cli.terminal import (
 )
 
 _SHOWN = 12  # Changed keys in the terminal; the page has all.
+_MADE_BY, _SCHEMA = "# Made by `fingerdesign optimise", "#:schema"
 _MOST_NAME = 54  # Characters of a name that leave room for its ending.
 
 
@@ -187,8 +189,7 @@ def optimise_design(
     refuse_foreign(RESULTS, target)
     _refuse_in_the_way(design_file, out, file, page)
     space_of(design, freedom)  # Refuses unknown keys before processes start.
-    text = f"# Made by `fingerdesign optimise {design_file}`, whose comments follow.\n"
-    text += file_text(design_file)
+    text = _text_for(design_file, out)
     with (
         progress(design.design.name, not as_json()) as show,
         Cluster(setting.workers, setting.scheduler) as cluster,
@@ -215,6 +216,19 @@ def optimise_design(
     _say_found(found, design, target, file, page)
     open_page(page)
     return 0 if found.passes else 1
+
+
+def _text_for(design_file: Path, out: Path) -> str:
+    """The user's text as a search continues it in ``out``: its first line says where the comments
+    come from, and editors find the schema from there."""
+    lines = [f"{_MADE_BY} {design_file}`, whose comments follow."]
+    for line in file_text(design_file).splitlines():
+        schema = design_file.parent / line.removeprefix(_SCHEMA).strip()
+        if not line.startswith((_MADE_BY, _SCHEMA)):
+            lines.append(line)
+        elif line.startswith(_SCHEMA) and design_file.is_file() and schema.is_file():
+            lines.append(f"{_SCHEMA} {os.path.relpath(schema, out)}".replace(os.sep, "/"))
+    return "\n".join([*lines, ""])
 
 
 def _refuse_in_the_way(design_file: Path, out: Path, *written: Path) -> None:

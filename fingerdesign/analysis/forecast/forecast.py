@@ -105,7 +105,7 @@ def _section_faults(design: Design) -> list[Fault]:
     """Faults that one section cannot show, and a mesh's file that would not be read."""
     faults = plane_strain_faults(design) or sheet_room_faults(design)
     if design.mesh.mesher == "file":
-        bound = "'tetwild' or 'sweep' for --fidelity plane-strain, which reads no mesh.file"
+        bound = "'tetwild' or 'sweep' for plane strain, which reads no mesh.file"
         faults = [*faults, Fault("mesh.mesher", "file", bound, "take --fidelity 3d")]
     return faults
 

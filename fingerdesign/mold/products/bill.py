@@ -39,6 +39,8 @@ SPARE = 0.2  # of the plates
 # What is used up, and what a workshop has.
 BENCH = Path(__file__).parents[1] / "templates" / "bench.csv"
 _STEEL = "bought", "steel"
+_CUT, _SAWN = "cut or etched", "laser-cut or wire-cut"
+_LEAST_ETCHED = 0.9  # Width of a slot over the sheet's thickness; assumed.
 WIRE_MM = 200.0  # of thin wire a gage lead, to where it can be handled
 
 
@@ -77,7 +79,8 @@ class Item:
     @property
     def row(self) -> ItemData:
         """The row of the bill."""
-        usual = {"bought": "buy", "cut or etched": "order today"}.get(self.made, "make")
+        usual = "buy" if self.made == "bought" else "make"
+        usual = "order today" if self.made in (_CUT, _SAWN) else usual
         return cast(ItemData, vars(self) | {"when": self.when or usual})
 
 
@@ -87,7 +90,7 @@ def bill_of_materials(casting: Casting) -> tuple[ItemData, ...]:
     plates = sum(pattern.count + spare_of(pattern.count) for pattern in casting.patterns)
     gages = casting.design.gages.faces * plates
     items = (
-        *(_part(casting.design, part) for part in (*casting.meshes.parts, *casting.meshes.coupon)),
+        *(_part(casting, part) for part in (*casting.meshes.parts, *casting.meshes.coupon)),
         *_plates(casting),
         *hardware(casting.plan),
         *_elastomer(casting),
@@ -118,8 +121,15 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _part(design: Design, part: PartMesh) -> Item:
+def comb_made(plan: MoldPlan) -> str:
+    """The way to make combs: etching makes no slot much narrower than the sheet is thick."""
+    least = min((s.width for e in plan.sides if e.comb for s in e.slots), default=math.inf)
+    return _SAWN if least < _LEAST_ETCHED * plan.design.mold.comb.sheet_mm else _CUT
+
+
+def _part(casting: Casting, part: PartMesh) -> Item:
     """A part of the mold or of the coupon."""
+    design = casting.design
     x, y, z = _extent(part.vertices)
     files = f"{part.name}.stl, {part.name}.step"
     if part.made == "sheet":
@@ -129,7 +139,8 @@ def _part(design: Design, part: PartMesh) -> Item:
         words = (
             f"{part.name}.dxf: 1 of {size}, {material}; edges to {comb_tolerance(design.mold):g} mm"
         )
-        return Item(part.name, 1, "cut or etched", material, size, files=files, words=words)
+        made = comb_made(casting.plan)
+        return Item(part.name, 1, made, material, size, files=files, words=words)
     made, material = PROCESSES[design.mold.process]
     if part.name == CORE and design.body.core is not None:
         made, material = "made", _words(design.body.core.material)
@@ -151,7 +162,7 @@ def _plates(casting: Casting) -> Iterator[Item]:
         bent = "" if bend is None else f", bent to a radius of {bend:.2f} mm"
         size = f"{wide:.2f} x {long:.2f} mm, {pattern.thickness:g} mm thick{bent}"
         files = f"plates.dxf, {pattern.name}.stl, {pattern.name}.step"
-        metal = "cut or etched", _words(name)
+        metal = _CUT, _words(name)
         spare, bare = spare_of(pattern.count), f"{pattern.name}, for the bare finger"
         words = (
             f"plates.dxf, {pattern.name}: {2 * pattern.count + spare} of {pattern.thickness:g} mm "

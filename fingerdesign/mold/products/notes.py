@@ -24,7 +24,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.part import COUPON, COUPON_COMB, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
 from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
-from fingerdesign.mold.products.bill import bolts_in_words, primer_words, spare_of
+from fingerdesign.mold.products.bill import bolts_in_words, comb_made, primer_words, spare_of
 from fingerdesign.mold.products.casting import Casting, density_of
 from fingerdesign.mold.products.drawing import numbers_text
 from fingerdesign.report.page import macros
@@ -109,7 +109,7 @@ def windows_volume(plan: MoldPlan) -> float:
 class NotesView(Casting):
     """A casting with what its notes name.
 
-    bolts      as they are bought, by axis; narrow: the least slot in a comb, mm
+    bolts      as they are bought, by axis; comb_made: the way to make combs
     gage       the type to order; legged: front legs have its leads
     platinum   cure of the silicone, which ``coated`` prints would stop; polyurethane: no silicone
     apart      distance of the coupon's plates; bar: its length, mm; cell_combs: of its cell
@@ -117,7 +117,7 @@ class NotesView(Casting):
     """
 
     bolts: Mapping[str, Sequence[str]]
-    narrow: float
+    comb_made: str
     gage: GageType | None
     legged: bool
     platinum: bool
@@ -148,7 +148,7 @@ def _notes_view(casting: Casting) -> NotesView:
     return NotesView(
         **vars(casting),
         bolts=bolts_in_words(plan),
-        narrow=min((s.width for e in plan.sides if e.comb for s in e.slots), default=math.inf),
+        comb_made=comb_made(plan),
         gage=None if casting.fit is None else casting.fit.found,
         legged=mold.leads == "leg" and bool(plan.legs),
         platinum=platinum,

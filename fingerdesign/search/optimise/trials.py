@@ -29,6 +29,7 @@ RANDOM_TRIALS = 20  # The sampler learns only after these.
 PURPOSE = "purpose"
 _NAME, _IDENTITY = "trials", "identity"
 _FIRST = b'{"op_code":'
+_NO_JOURNAL = "it is no journal of trials"
 
 
 @dataclass(frozen=True)
@@ -70,13 +71,12 @@ class Trials(ExitStack):
     def __enter__(self) -> Self:
         needs("search", "optuna")
         try:
+            refuse_other_file(self._path)
             self.enter_context(held(self._path))
             self._path.open("ab").close()
             # Optuna's own lock, that a killed process leaves for half a minute.
             Path(f"{self._path}.lock").unlink(missing_ok=True)
             content = self._path.read_bytes()
-            if not _FIRST.startswith(content[: len(_FIRST)]):
-                raise self._other("it is no journal of trials")
             whole = content.rfind(b"\n") + 1
             if whole:
                 self._load()  # refused before anything is written
@@ -193,9 +193,9 @@ class Trials(ExitStack):
             raise
         except Exception as error:  # Optuna asserts what its own lines hold
             why = type(error).__name__
-            raise self._other(f"it is no journal of trials ({why})") from error
+            raise _other(self._path, f"{_NO_JOURNAL} ({why})") from error
         if stored != self._identity and (stored is not None or drawn):
-            raise self._other("it holds trials of another study, base or version")
+            raise _other(self._path, "it holds trials of a search with other keys, another design or version")
         return found
 
     def _create(self) -> Any:
@@ -211,10 +211,21 @@ class Trials(ExitStack):
     def _failed(self, error: OSError) -> JournalError:
         return JournalError(f"the trials cannot be stored in {self._path}: {error}")
 
-    def _other(self, why: str) -> DesignError:
-        bound = "the trials of this study"
-        remedy = f"{why}: choose another --out, or delete the file to begin again"
-        return DesignError([Fault("--out", self._path, bound, remedy)])
+
+def refuse_other_file(path: Path) -> None:
+    """Refuse a journal's path where something else is there. Raises DesignError."""
+    if path.is_dir() or (path.is_symlink() and not path.exists()):
+        raise _other(path, "it is a folder" if path.is_dir() else "it is a link to nothing")
+    if path.is_file():
+        with path.open("rb") as stream:
+            if not _FIRST.startswith(stream.read(len(_FIRST))):
+                raise _other(path, _NO_JOURNAL)
+
+
+def _other(path: Path, why: str) -> DesignError:
+    bound = "a place for the trials of this search"
+    remedy = f"{why}: choose another --out, or delete it to begin again"
+    return DesignError([Fault("--out", path, bound, remedy)])
 
 
 def _identity(study: Study, base: Design) -> str:

@@ -52,6 +52,8 @@ class Candidate:
         if view.failure:
             return ("the analysis failed",)
         judged = [each for each in view.verdicts if each.status != "note"]
+        if not judged:
+            return ("nothing was judged",)
         return tuple(each.name for each in judged if each.status != "pass")
 
     @property

@@ -28,13 +28,16 @@ class Freedom:
         """Faults of keys that the design does not have, or that cannot vary."""
         data = design.model_dump(mode="json")
         known = dict(leaves(data))
-        tables = {key.rpartition(".")[0] for key in known if "." in key}
+        parts = (key.split(".")[:-1] for key in known)
+        tables = {".".join(each[: k + 1]) for each in parts for k in range(len(each))}
         found = []
         options = ("--keep", self.keep, {*known, *tables}), ("--free", self.free, {*known})
         for option, keys, own in options:
             for key in (each for each in keys if each not in own):
-                near = difflib.get_close_matches(key, [*known, *tables], 1)
+                near = difflib.get_close_matches(key, own, 1)
                 remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/design.md"
+                if key in tables:
+                    remedy = "it is a table: name its keys, one --free for each"
                 found.append(Fault(option, key, "a key of the design", remedy))
         for key in (each for each in self.free if each in known):
             if not is_number(known[key]):

@@ -24,8 +24,8 @@ from fingerdesign.search.study.metrics import METRICS
 # Metrics that a user may miss after a search for verdicts.
 _GIVEN_UP = ("plates", "stiffness_N_per_mm", "peak_pressure_MPa", "rubber_volume_ml")
 
-LACKS = """A hand lacks 0 if it lifts at every friction with a force between the limits. A lift that
-fails adds 1 to 2; a force that is twice beyond a limit adds 1."""
+LACKS = """A hand's shortfall is 0 if it lifts at every friction with a force between the limits. A
+lift that fails adds 1 to 2; a force that is twice beyond a limit adds 1."""
 
 
 def passing_page(design: Design, found: Found) -> str:
@@ -72,6 +72,10 @@ def _sections(before: Design, after: Design) -> style.ReportFigure:
     for axes, design, title in zip(panels, (before, after), ("before", "after"), strict=True):
         draw_shapes(axes, [*section_shapes(design), *dimension_shapes(design)])
         axes.set_title(f"{title}: {design.plates.number} plates (mm)")
+    for limits in ("xlim", "ylim"):  # One scale, so that sizes can be compared.
+        ends = [getattr(axes, f"get_{limits}")() for axes in panels]
+        for axes in panels:
+            axes.set(**{limits: (np.min(ends), np.max(ends))})
     words = f"Section of {before.design.name} before and after the search."
     image = style.to_svg(figure, "sections", words)
     return style.ReportFigure("sections", "Before and after", image, words, words)
@@ -124,7 +128,7 @@ def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
     table = Table(
         "given-up",
         "What else changed",
-        ("quantity", "first trial", "taken"),
+        ("quantity", "your sizes (first trial)", "taken"),
         tuple(rows),
         frozenset({0}),
     )
@@ -162,7 +166,7 @@ def _tables(found: Found) -> Sequence[Item]:
         "trial",
         "rank correlation",
         "stick change",
-        "hand lacks",
+        "shortfall of the hand",
         f"with steps ±{100.0 * (WIDEST_STEPS - 1.0):.0f} %",
         "verdicts on its own mesh",
     )

@@ -20,7 +20,7 @@ from fingerdesign.mesh.make import mesher_of
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
-from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.optimise.trials import Trials, refuse_other_file
 from fingerdesign.search.passing.found import (
     Candidate,
     Found,
@@ -125,14 +125,15 @@ def search_passing(
                 *(most_trials(space) if most is None else most, report, improved, last),
             )
 
-    space = space_of(design, freedom)
+    space, further = space_of(design, freedom), journal.with_suffix(".plainer.jsonl")
+    refuse_other_file(further)  # Now, not after the first shape's trials.
     first = found(space, journal, most, space.plainer(freedom) is None)
     outcomes = [each.outcomes[0] for each in first.tried]
     plainer = None if first.passes else space.plainer(freedom, sorted(outcomes, key=order_of))
     if plainer is None:
         return first
     report(f"no finger passes with your {' and '.join(plainer.given_up)}")
-    return found(plainer, journal.with_suffix(".plainer.jsonl"), most, True)
+    return found(plainer, further, most, True)
 
 
 def find_passing(
@@ -185,7 +186,8 @@ class _Run:
         """Make trials until a finger passes: True; or until there are ``most``: False."""
         search = Search(study_of(self.space), self.space.base, {FUNDAMENTAL: None})
         for count in [*range(BATCH, most, BATCH), most]:
-            self.report(f"trial {count} of {most}{self._best_words()}")
+            begun = (count - 1) // BATCH * BATCH + 1
+            self.report(f"trials {begun} to {count} of at most {most}{self._best_words()}")
             self.tried = searched(search, self.trials, self._sensed, count, BATCH)
             promising = self._cast_first(self._promising(0.0))
             for k, outcome in enumerate(promising):
