@@ -108,7 +108,8 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
 
     Each row is cut into four: with eight points a few large steps decide a rank correlation.
     """
-    if case.scene is not None or not case.studied or len(line_of(problem.model.gage_x)) < LEAST_GAGES:
+    in_line = len(line_of(problem.model.gage_x))
+    if case.scene is not None or not case.studied or in_line < LEAST_GAGES:
         return ()
     if not problem.law.is_coulomb:
         return ()  # the study scales its path by the friction coefficient

@@ -222,11 +222,11 @@ def _text_for(design_file: Path, out: Path) -> str:
     """The user's text as a search continues it in ``out``: its first line says where the comments
     come from, and editors find the schema from there."""
     lines = [f"{_MADE_BY} {design_file}`, whose comments follow."]
-    for line in file_text(design_file).splitlines():
-        schema = design_file.parent / line.removeprefix(_SCHEMA).strip()
-        if not line.startswith((_MADE_BY, _SCHEMA)):
-            lines.append(line)
-        elif line.startswith(_SCHEMA) and design_file.is_file() and schema.is_file():
+    for each in file_text(design_file).splitlines():
+        schema = design_file.parent / each.removeprefix(_SCHEMA).strip()
+        if not each.startswith((_MADE_BY, _SCHEMA)):
+            lines.append(each)
+        elif each.startswith(_SCHEMA) and design_file.is_file() and schema.is_file():
             lines.append(f"{_SCHEMA} {os.path.relpath(schema, out)}".replace(os.sep, "/"))
     return "\n".join([*lines, ""])
 

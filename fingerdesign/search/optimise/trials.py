@@ -195,7 +195,7 @@ class Trials(ExitStack):
             why = type(error).__name__
             raise _other(self._path, f"{_NO_JOURNAL} ({why})") from error
         if stored != self._identity and (stored is not None or drawn):
-            raise _other(self._path, "it holds trials of a search with other keys, another design or version")
+            raise _other(self._path, "it holds trials of other keys, another design or version")
         return found
 
     def _create(self) -> Any:
