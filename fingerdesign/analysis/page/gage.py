@@ -80,7 +80,7 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
                 panels[-1].set_ylabel("gage area (mm)")
     grips = "; ".join(
         f"μ {trace.friction_coefficient:g}: the {trace.controller} controller holds "
-        f"{trace.hold.sum()} of {len(trace.hold)} steps"
+        f"{len(trace.hold_starts)} times, for {trace.hold.sum()} of {len(trace.hold)} steps"
         for trace in traces
     )
     return caption_drawing(figure, FIGURES, "rule", grips=grips)

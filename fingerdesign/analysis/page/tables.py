@@ -111,7 +111,7 @@ def grip_table(result: Result) -> Table:
     columns = _grip_columns(grips) | {
         "lifted": [_status(grip.lifted) for grip in grips],
         "no complete slip": [_status(not grip.gross_slip) + _caught(grip) for grip in grips],
-        "holds": [str(grip.holds) for grip in grips],
+        "motion held (times)": [str(grip.holds) for grip in grips],
         "without the rule": [_WITHOUT_RULE[grip.slips_without_rule] for grip in grips],
         "safety margin": [number_text(grip.safety_margin, 2) for grip in grips],
         "least stick ratio": [number_text(grip.minimum_stick_ratio, 2) for grip in grips],
