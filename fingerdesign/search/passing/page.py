@@ -127,7 +127,7 @@ def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
     ]
     table = Table(
         "given-up",
-        "What else changed",
+        "What else changed, by the trials' swept cells; the report has the finger's own mesh",
         ("quantity", "your sizes (first trial)", "taken"),
         tuple(rows),
         frozenset({0}),
