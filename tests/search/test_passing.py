@@ -19,7 +19,7 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.found import castable, conflicts_of
+from fingerdesign.search.passing.found import SearchStopped, castable, conflicts_of
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import front_of
 from fingerdesign.search.passing.page import passing_page
@@ -277,6 +277,35 @@ def test_a_damaged_second_journal_is_found_before_the_first_trial(tmp_path):
     never = pytest.fail
     with pytest.raises(DesignError, match="no journal of trials"):
         search_passing(load_design("pin"), Freedom(), tmp_path / "t.jsonl", never, never)
+
+
+@pytest.mark.parametrize("in_arcs", [False, True])
+def test_an_interrupted_search_reports_what_it_has(tmp_path, in_arcs):
+    """Ctrl-C in the second batch of pins, or before the first trial of the arc that replaces it."""
+    design, jobs, bench, arcs = load_design("pin"), [], Bench(), []
+
+    def evaluated(plan):
+        jobs.extend(plan)
+        if (arcs if in_arcs else len(jobs) > 4):
+            raise KeyboardInterrupt
+        found = bench(plan)
+        poor = {"shortfall": 0.7, "area_correlation": 0.1}
+        return [replace(each, metrics=each.metrics | poor) for each in found]
+
+    with pytest.raises(SearchStopped) as stopped:
+        search_passing(
+            design,
+            Freedom(),
+            tmp_path / "t.jsonl",
+            evaluated,
+            pytest.fail,
+            report=lambda words: arcs.append(words) if "no finger passes" in words else None,
+        )
+    found = stopped.value.found
+    assert not found.passes
+    assert len(found.tried) == (20 if in_arcs else 4)
+    assert found.conflict.startswith(f"Stopped after {len(found.tried)} trials. Slip sensing fails")
+    assert "Why none passes" in passing_page(design, found)
 
 
 @pytest.mark.parametrize("cast", [True, False])

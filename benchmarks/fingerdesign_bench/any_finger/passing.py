@@ -89,10 +89,10 @@ def _interrupted(process: subprocess.Popen[str]) -> str:
 def _facts(printed: str) -> tuple[str, str]:
     """Keys that the search gave up, and why none passes, in its own words; else its last line."""
     lines = [line.strip() for line in printed.replace("\r", "\n").splitlines() if line.strip()]
-    last = lines[-1] if lines else ""
-    if not last.startswith("{"):
-        return "", last
-    found = json.loads(last)
+    facts = [line for line in lines if line.startswith("{")]
+    if not facts:
+        return "", lines[-1] if lines else ""
+    found = json.loads(facts[-1])
     return " ".join(found["given_up"]), str(found["conflict"])
 
 

@@ -31,7 +31,7 @@ from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless,
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import journal_path, tables, verdict, write_optimised
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.found import Candidate, Found
+from fingerdesign.search.passing.found import Candidate, Found, SearchStopped
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import GOALS
 from fingerdesign.search.passing.page import write_page
@@ -190,29 +190,34 @@ def optimise_design(
     _refuse_in_the_way(design_file, out, file, page)
     space_of(design, freedom)  # Refuses unknown keys before processes start.
     text = _text_for(design_file, out)
-    with (
-        progress(design.design.name, not as_json()) as show,
-        Cluster(setting.workers, setting.scheduler) as cluster,
-    ):
 
-        def confirm(found: Design) -> Result:
-            case = Case(_named(found, name), mesh_error=True)
-            return answer_of(case, out, lambda *words: None, Products(False, False, False))
+    def confirm(found: Design) -> Result:
+        case = Case(_named(found, name), mesh_error=True)
+        return answer_of(case, out, lambda *words: None, Products(False, False, False))
 
-        def improved(found: Candidate) -> None:
-            write_whole(file, edited_text(text, design, _named(found.design, name), out))
+    def improved(found: Candidate) -> None:
+        write_whole(file, edited_text(text, design, _named(found.design, name), out))
 
-        evaluated = evaluated_by(cluster, setting.retry)
-        found = search_passing(
-            design, freedom, journal.absolute(), evaluated, confirm, trials, show, improved
-        )
-        if found.best is not None:
-            best = _named(found.best.design, name)
-            write_whole(file, edited_text(text, design, best, out))
-            if found.best.result is not None:
-                show("writing the report")
-                answer_of(Case(best, mesh_error=True), out, show, Products(True, True, False))
-        write_page(page, design, found)
+    try:
+        with (
+            progress(design.design.name, not as_json()) as show,
+            Cluster(setting.workers, setting.scheduler) as cluster,
+        ):
+            evaluated = evaluated_by(cluster, setting.retry)
+            found = search_passing(
+                design, freedom, journal.absolute(), evaluated, confirm, trials, show, improved
+            )
+            if found.best is not None:
+                improved(found.best)
+                if found.best.result is not None:
+                    best = _named(found.best.design, name)
+                    show("writing the report")
+                    answer_of(Case(best, mesh_error=True), out, show, Products(True, True, False))
+    except SearchStopped as stopped:
+        write_page(page, design, stopped.found)
+        _say_found(stopped.found, design, target, file, page)
+        raise
+    write_page(page, design, found)
     _say_found(found, design, target, file, page)
     open_page(page)
     return 0 if found.passes else 1

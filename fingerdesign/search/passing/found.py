@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.analysis.shortfall import GAGE_SIGNAL, LIFTS, SLIP_SENSING
@@ -115,6 +115,16 @@ class Found:
         if not self.castable:
             words += ["No mold can be planned for this finger: `fingerdesign mold` says why."]
         return " ".join(words)
+
+
+class SearchStopped(KeyboardInterrupt):
+    """A search was interrupted; ``found``: what it has until then."""
+
+    def __init__(self, found: Found) -> None:
+        super().__init__()
+        count = len(found.tried)
+        words = [f"Stopped after {count} trials.", found.conflict if count else ""]
+        self.found = replace(found, conflict=" ".join(words).strip())
 
 
 def shortfall_of(outcome: Outcome) -> float:

@@ -24,6 +24,7 @@ from fingerdesign.search.optimise.trials import Trials, refuse_other_file
 from fingerdesign.search.passing.found import (
     Candidate,
     Found,
+    SearchStopped,
     castable,
     conflicts_of,
     order_of,
@@ -115,7 +116,7 @@ def search_passing(
     journals.
 
     most: trials of one shape; None: as many as :func:`most_trials`. Raises DesignError where
-    nothing can vary, and what the others raise.
+    nothing can vary, SearchStopped where it is interrupted, and what the others raise.
     """
 
     def found(space: Space, file: Path, most: int | None, last: bool) -> Found:
@@ -133,7 +134,10 @@ def search_passing(
     if plainer is None:
         return first
     report(f"no finger passes with your {' and '.join(plainer.given_up)}")
-    return found(plainer, further, most, True)
+    try:
+        return found(plainer, further, most, True)
+    except SearchStopped as stopped:
+        raise stopped if stopped.found.tried else SearchStopped(first) from stopped
 
 
 def find_passing(
@@ -177,9 +181,12 @@ class _Run:
     best_sensed: float = math.inf
 
     def found(self, most: int) -> Found:
-        passed = self._passed(most)
-        if self.last and not (passed or any(each.result for each in self.candidates)):
-            self._judge_nearest()
+        try:
+            passed = self._passed(most)
+            if self.last and not (passed or any(each.result for each in self.candidates)):
+                self._judge_nearest()
+        except KeyboardInterrupt as stopped:
+            raise SearchStopped(self._ended()) from stopped
         return self._ended()
 
     def _passed(self, most: int) -> bool:
