@@ -286,7 +286,7 @@ def test_an_interrupted_search_reports_what_it_has(tmp_path, in_arcs):
 
     def evaluated(plan):
         jobs.extend(plan)
-        if (arcs if in_arcs else len(jobs) > 4):
+        if arcs if in_arcs else len(jobs) > 4:
             raise KeyboardInterrupt
         found = bench(plan)
         poor = {"shortfall": 0.7, "area_correlation": 0.1}
