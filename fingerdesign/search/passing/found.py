@@ -123,8 +123,9 @@ class SearchStopped(KeyboardInterrupt):
     def __init__(self, found: Found) -> None:
         super().__init__()
         count = len(found.tried)
-        words = [f"Stopped after {count} trials.", found.conflict if count else ""]
-        self.found = replace(found, conflict=" ".join(words).strip())
+        why = found.conflict or "Until then no goal excluded another: the search can go on."
+        words = [f"Stopped after {count} trials.", *([why] if count else ())]
+        self.found = replace(found, conflict=" ".join(words))
 
 
 def shortfall_of(outcome: Outcome) -> float:
