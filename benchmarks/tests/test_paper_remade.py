@@ -145,7 +145,7 @@ def test_the_record_and_the_page(folder):
 
 def test_wrong_input_is_refused_before_any_work(tmp_path, terminal):
     out = tmp_path / "out"
-    for design, words in (("homogeneous", "plates.count = 0"), ("both_ways", "plane-strain")):
+    for design, words in (("homogeneous", "plates.count = 0"), ("both_ways", "plane strain")):
         assert words in terminal("paper", "--design", design, "--out", out, code=2).err
     assert not out.exists()
 

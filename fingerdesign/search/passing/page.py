@@ -34,10 +34,10 @@ def passing_page(design: Design, found: Found) -> str:
     count = f"{len(found.tried)} trials"
     view = None if best is None or best.result is None else verdict_view(best.result)
     with style.house_style():
-        first: Item = Text(found.conflict)
+        charts: list[Item] = [_trials_figure(found)] if found.tried else []
+        first = charts.pop() if charts and best is None else Text(found.conflict)
         if best is not None:
             first = _sections(design, best.design)
-        charts = [_trials_figure(found)] if found.tried else []
     sections = [Section("search", "The search", [*charts, *_tables(found)])]
     if best is not None:
         changed = _changed(changes_between(design, best.design))
