@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.analysis.case import gage_array
-from fingerdesign.checks.load import parse_design
+from fingerdesign.checks.load import judge_design, parse_design
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.errors import DesignError
 
@@ -81,6 +81,14 @@ def test_a_difference_fills_the_bridge_of_two_tees_and_a_pair_goes_by_its_first_
     assert design.gage_weights == (1.0, -1.0)
     assert design.gages.lead_count == 6
     assert gage_array(parse_design(NAME + PAIRS + "count = 6\nalternate = true")) == (0, 2, 4)
+
+
+def test_every_row_that_makes_no_pairs_is_named():
+    row = '{ along = "x", count = 3, cover_mm = 3.0, pitch_mm = 1.5 }'
+    judged = judge_design(NAME + PAIRS + f"count = 4\ncover_mm = 1.0\nrows = [{row}]")
+    bounds = [fault.bound for fault in judged.faults]
+    assert any("plates 0 and 1" in bound for bound in bounds)
+    assert any("a row of 3 plates (4 to 6)" in bound for bound in bounds)
 
 
 def test_the_amplifiers_noise_is_the_bridges():

@@ -4,6 +4,7 @@ What is made is checked by others than those that made it: STL files by trimesh,
 CAD kernel's own common volumes and distances, drawings by ezdxf.
 """
 
+from dataclasses import replace
 from itertools import combinations
 
 import cadquery as cq
@@ -24,7 +25,7 @@ from fingerdesign.mold.part import BASE, INSERT
 from fingerdesign.mold.plan.limits import limits_of
 from fingerdesign.mold.plan.pieces import RELIEF_MM
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.bill import hardware
+from fingerdesign.mold.products.bill import comb_made, hardware
 from tests.support.as_planned import as_planned
 
 FRAMES = {"frame_front", "frame_back"}
@@ -33,6 +34,16 @@ FRAMES = {"frame_front", "frame_back"}
 def parts_of(plan):
     combs = sum(side.comb is not None for side in plan.sides)
     return 2 + (plan.lip > 0.0) + len(plan.walls) + combs
+
+
+def test_combs_are_etched_where_their_slots_are_wide_enough():
+    """Slots of film_tees have 0.1 mm in a sheet of 0.3 mm, those of 0.3 mm plates are wider."""
+    thin = plan_mold(load_design("film_tees"))
+    assert comb_made(thin) == "laser-cut or wire-cut"
+    sides = [
+        replace(side, slots=[replace(s, width=0.3) for s in side.slots]) for side in thin.sides
+    ]
+    assert comb_made(replace(thin, sides=tuple(sides))) == "cut or etched"
 
 
 @pytest.mark.parametrize(

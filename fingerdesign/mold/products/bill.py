@@ -39,7 +39,7 @@ SPARE = 0.2  # of the plates
 # What is used up, and what a workshop has.
 BENCH = Path(__file__).parents[1] / "templates" / "bench.csv"
 _STEEL = "bought", "steel"
-_CUT, _SAWN = "cut or etched", "laser-cut or wire-cut"
+_CUT, _FINE = "cut or etched", "laser-cut or wire-cut"
 _LEAST_ETCHED = 0.9  # Width of a slot over the sheet's thickness; assumed.
 WIRE_MM = 200.0  # of thin wire a gage lead, to where it can be handled
 
@@ -80,7 +80,7 @@ class Item:
     def row(self) -> ItemData:
         """The row of the bill."""
         usual = "buy" if self.made == "bought" else "make"
-        usual = "order today" if self.made in (_CUT, _SAWN) else usual
+        usual = "order today" if self.made in (_CUT, _FINE) else usual
         return cast(ItemData, vars(self) | {"when": self.when or usual})
 
 
@@ -124,7 +124,7 @@ def _words(name: str) -> str:
 def comb_made(plan: MoldPlan) -> str:
     """The way to make combs: etching makes no slot much narrower than the sheet is thick."""
     least = min((s.width for e in plan.sides if e.comb for s in e.slots), default=math.inf)
-    return _SAWN if least < _LEAST_ETCHED * plan.design.mold.comb.sheet_mm else _CUT
+    return _FINE if least < _LEAST_ETCHED * plan.design.mold.comb.sheet_mm else _CUT
 
 
 def _part(casting: Casting, part: PartMesh) -> Item:
