@@ -38,7 +38,8 @@ def passing_page(design: Design, found: Found) -> str:
         first = charts.pop() if charts and best is None else Text(found.conflict)
         if best is not None:
             first = _sections(design, best.design)
-    sections = [Section("search", "The search", [*charts, *_tables(found)])]
+    items = [*charts, *_tables(found)]
+    sections = [Section("search", "The search", items)] if items else []
     if best is not None:
         changed = _changed(changes_between(design, best.design))
         *lost, others = _given_up(found, best.sensed)
