@@ -78,7 +78,7 @@ def searched(finger: str, folder: Path) -> Row:
 
 def _interrupted(process: subprocess.Popen[str]) -> str:
     """What a search printed that is interrupted, and killed where it does not end by that."""
-    os.killpg(process.pid, signal.SIGINT)
+    process.terminate()  # As Ctrl-C; what a shell starts in the background ignores SIGINT.
     try:
         return process.communicate(timeout=_END_S)[0]
     except subprocess.TimeoutExpired:
