@@ -7,9 +7,8 @@ from fingerdesign_bench.any_finger import passing
 from fingerdesign_bench.known.table import FILE
 
 
-def test_a_search_that_does_not_end_is_interrupted_and_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(passing, "LIMIT_S", 0.5)
-    finger, body, outcome, _, seconds, *_ = passing.searched("3", tmp_path)
+def test_a_search_that_does_not_end_is_interrupted_and_says_so(tmp_path):
+    finger, body, outcome, _, seconds, *_ = passing.searched("3", tmp_path, limit_s=0.5)
     assert (finger, body, outcome) == ("3", "block", "not ended")
     assert 0.5 <= float(seconds) < passing._END_S
 

@@ -20,7 +20,7 @@ from fingerdesign.runtime.files import scratch, write_whole
 from fingerdesign.runtime.isolate import Worker
 from fingerdesign.search.passing.found import Candidate
 from fingerdesign.search.passing.freedom import Freedom
-from fingerdesign.search.passing.passing import evaluated_by, most_trials, search_passing
+from fingerdesign.search.passing.passing import Callbacks, evaluated_by, most_trials, search_passing
 from fingerdesign.search.passing.space import space_of
 from fingerdesign.search.run.cluster import Cluster
 
@@ -74,10 +74,8 @@ def search(design: Design, folder: Path, most: int) -> Progress:
         return analyse_into(Case(found, mesh_error=True), folder, page=False, cad=False)
 
     with Cluster() as cluster:
-        journal, evaluated = folder / "trials.jsonl", evaluated_by(cluster)
-        found = search_passing(
-            design, Freedom(), journal, evaluated, confirm, most, report, improved
-        )
+        calls = Callbacks(evaluated_by(cluster), confirm, report, improved)
+        found = search_passing(design, Freedom(), folder / "trials.jsonl", calls, most)
     if found.best is not None:
         improved(found.best)
     words = filter(None, (f"{len(found.tried)} trials", found.given_up))

@@ -24,6 +24,7 @@ from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import front_of
 from fingerdesign.search.passing.page import passing_page
 from fingerdesign.search.passing.passing import (
+    Callbacks,
     find_passing,
     most_trials,
     search_passing,
@@ -97,7 +98,7 @@ def test_share_of_the_gage_area_is_chosen_after_the_analysis(tmp_path):
         return found
 
     with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
-        found = find_passing(space, Freedom(), trials, evaluated, lambda design: None, 2)
+        found = find_passing(space, Freedom(), trials, Callbacks(evaluated, lambda design: None), 2)
     assert shares[-1] == 0.6
     assert all(each.design.gages.area_share == 0.6 for each in found.candidates)
 
@@ -136,7 +137,7 @@ def searched(tmp_path, confirm, hand=0.0, most=8):
     design = load_design("maeno2000")
     space, bench = space_of(design, Freedom()), Bench(hand)
     with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
-        found = find_passing(space, Freedom(), trials, bench, confirm, most)
+        found = find_passing(space, Freedom(), trials, Callbacks(bench, confirm), most)
         values = [each.values for each in trials.drawn()]
     assert values[: len(space.starts)] == list(space.starts)
     return found, bench
@@ -151,7 +152,7 @@ def passing(space, evaluated, tmp_path, plane_strain):
         return judged(plane_strain.result, 2.0)
 
     with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
-        found = find_passing(space, Freedom(), trials, evaluated, confirm, 8)
+        found = find_passing(space, Freedom(), trials, Callbacks(evaluated, confirm), 8)
     assert found.passes
     return found, confirmed
 
@@ -193,7 +194,7 @@ def test_of_fingers_with_good_gages_the_best_correlation_comes_first(tmp_path, p
         return judged(plane_strain.result, 2.0)
 
     with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
-        assert find_passing(space, Freedom(), trials, evaluated, confirm, 4).passes
+        assert find_passing(space, Freedom(), trials, Callbacks(evaluated, confirm), 4).passes
     assert [good[pitch] for pitch in confirmed] == [2]
 
 
@@ -233,7 +234,7 @@ def test_a_dome_that_falls_short_everywhere_is_judged_by_its_nearest(tmp_path, p
         return judged(plane_strain.result, 3.5 if len(confirmed) == 1 else 2.0)
 
     with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
-        found = find_passing(space, Freedom(), trials, evaluated, confirm, 48)
+        found = find_passing(space, Freedom(), trials, Callbacks(evaluated, confirm), 48)
     assert len(short) > 1
     assert confirmed[0].plates.cover_mm == min(short)
     assert found.passes  # With the hand that was searched again on its own mesh.
@@ -256,9 +257,7 @@ def test_an_arc_replaces_a_body_of_which_none_passes(tmp_path, plane_strain, kee
         design,
         Freedom(keep=keep),
         tmp_path / "t.jsonl",
-        evaluated,
-        lambda design: judged(plane_strain.result, 2.0),
-        report=reports.append,
+        Callbacks(evaluated, lambda design: judged(plane_strain.result, 2.0), reports.append),
     )
     if keep:
         assert len(pins) > 6
@@ -276,7 +275,7 @@ def test_a_damaged_second_journal_is_found_before_the_first_trial(tmp_path):
     (tmp_path / "t.plainer.jsonl").write_text("no journal")
     never = pytest.fail
     with pytest.raises(DesignError, match="no journal of trials"):
-        search_passing(load_design("pin"), Freedom(), tmp_path / "t.jsonl", never, never)
+        search_passing(load_design("pin"), Freedom(), tmp_path / "t.jsonl", Callbacks(never, never))
 
 
 @pytest.mark.parametrize("in_arcs", [False, True])
@@ -292,15 +291,13 @@ def test_an_interrupted_search_reports_what_it_has(tmp_path, in_arcs):
         poor = {"shortfall": 0.7, "area_correlation": 0.1}
         return [replace(each, metrics=each.metrics | poor) for each in found]
 
+    def report(words):
+        if "no finger passes" in words:
+            arcs.append(words)
+
+    calls = Callbacks(evaluated, pytest.fail, report)
     with pytest.raises(SearchStopped) as stopped:
-        search_passing(
-            design,
-            Freedom(),
-            tmp_path / "t.jsonl",
-            evaluated,
-            pytest.fail,
-            report=lambda words: arcs.append(words) if "no finger passes" in words else None,
-        )
+        search_passing(design, Freedom(), tmp_path / "t.jsonl", calls)
     found = stopped.value.found
     assert not found.passes
     assert len(found.tried) == (20 if in_arcs else 4)
@@ -343,7 +340,7 @@ def test_a_core_is_given_up_where_no_gages_are_good_with_it(tmp_path, plane_stra
     def confirm(design):
         return judged(plane_strain.result, 2.0)
 
-    found = search_passing(design, Freedom(), tmp_path / "t.jsonl", evaluated, confirm)
+    found = search_passing(design, Freedom(), tmp_path / "t.jsonl", Callbacks(evaluated, confirm))
     assert len({*trials}) == 20
     assert found.passes
     assert found.best.design.body.core is None

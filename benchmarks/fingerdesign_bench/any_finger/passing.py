@@ -39,8 +39,11 @@ HEADINGS = ("finger", "body", "outcome", "gives up", "seconds", "core seconds", 
 Row = tuple[str, ...]
 
 
-def searched(finger: str, folder: Path) -> Row:
-    """The row of one finger: a shipped design's name, or the seed of a random one."""
+def searched(finger: str, folder: Path, limit_s: float = LIMIT_S) -> Row:
+    """The row of one finger: a shipped design's name, or the seed of a random one.
+
+    limit_s: the search is interrupted then.
+    """
     design = finger
     if finger.isdigit():
         design = str(folder / f"random_{finger}.toml")
@@ -58,7 +61,7 @@ def searched(finger: str, folder: Path) -> Row:
     )
     ended = True
     try:
-        printed, _ = process.communicate(timeout=LIMIT_S)
+        printed, _ = process.communicate(timeout=limit_s)
     except subprocess.TimeoutExpired:
         ended = False
         printed = _interrupted(process)

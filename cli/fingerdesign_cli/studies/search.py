@@ -35,7 +35,7 @@ from fingerdesign.search.passing.found import Candidate, Found, SearchStopped
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import GOALS
 from fingerdesign.search.passing.page import write_page
-from fingerdesign.search.passing.passing import evaluated_by, search_passing
+from fingerdesign.search.passing.passing import Callbacks, evaluated_by, search_passing
 from fingerdesign.search.passing.space import changes_between, space_of
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.run import (
@@ -203,10 +203,8 @@ def optimise_design(
             progress(design.design.name, not as_json()) as show,
             Cluster(setting.workers, setting.scheduler) as cluster,
         ):
-            evaluated = evaluated_by(cluster, setting.retry)
-            found = search_passing(
-                design, freedom, journal.absolute(), evaluated, confirm, trials, show, improved
-            )
+            calls = Callbacks(evaluated_by(cluster, setting.retry), confirm, show, improved)
+            found = search_passing(design, freedom, journal.absolute(), calls, trials)
             if found.best is not None:
                 improved(found.best)
                 if found.best.result is not None:

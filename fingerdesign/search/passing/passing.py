@@ -1,6 +1,6 @@
 """Search from one design for a finger that passes all verdicts.
 
-    found = search_passing(design, Freedom(), journal, evaluated, confirm)
+    found = search_passing(design, Freedom(), journal, Callbacks(evaluated, confirm))
 
 Trials judge the gages alone, on the swept model in 3-D: the hand does not change them. For a finger
 whose gages do, a hand is searched; then the whole finger is analysed on its own mesh, by default of
@@ -76,6 +76,16 @@ Confirm = Callable[[Design], Result]
 Report = Callable[[str], None]
 
 
+@dataclass(frozen=True)
+class Callbacks:
+    """What a search calls; it raises what these raise."""
+
+    evaluated: Evaluated  # Outcomes of jobs, in order.
+    confirm: Confirm  # The whole analysis of a design.
+    report: Report = lambda message: None
+    improved: Callable[[Candidate], None] = lambda best: None  # Receives each new best finger.
+
+
 def study_of(space: Space) -> Study:
     """The search as a study, whose only objective is the distance from passing."""
     name = space.base.design.name
@@ -106,11 +116,8 @@ def search_passing(
     design: Design,
     freedom: Freedom,
     journal: Path,
-    evaluated: Evaluated,
-    confirm: Confirm,
+    calls: Callbacks,
     most: int | None = None,
-    report: Report = lambda message: None,
-    improved: Callable[[Candidate], None] = lambda best: None,
 ) -> Found:
     """Search from a design; see :func:`find_passing`. An interrupted search goes on from its
     journals.
@@ -121,10 +128,8 @@ def search_passing(
 
     def found(space: Space, file: Path, most: int | None, last: bool) -> Found:
         with Trials(study_of(space), space.base, file, space.starts, space.near) as trials:
-            return find_passing(
-                *(space, freedom, trials, evaluated, confirm),
-                *(most_trials(space) if most is None else most, report, improved, last),
-            )
+            allowed = most_trials(space) if most is None else most
+            return find_passing(space, freedom, trials, calls, allowed, last)
 
     space, further = space_of(design, freedom), journal.with_suffix(".plainer.jsonl")
     refuse_other_file(further)  # Now, not after the first shape's trials.
@@ -133,7 +138,7 @@ def search_passing(
     plainer = None if first.passes else space.plainer(freedom, sorted(outcomes, key=order_of))
     if plainer is None:
         return first
-    report(f"no finger passes with your {' and '.join(plainer.given_up)}")
+    calls.report(f"no finger passes with your {' and '.join(plainer.given_up)}")
     try:
         return found(plainer, further, most, True)
     except SearchStopped as stopped:
@@ -144,21 +149,15 @@ def find_passing(
     space: Space,
     freedom: Freedom,
     trials: Trials,
-    evaluated: Evaluated,
-    confirm: Confirm,
+    calls: Callbacks,
     most: int,
-    report: Report = lambda message: None,
-    improved: Callable[[Candidate], None] = lambda best: None,
     last: bool = True,
 ) -> Found:
     """Search until a finger passes, or ``most`` trials are done.
 
-    evaluated: outcomes of jobs, in order. confirm: the whole analysis of a design. improved:
-    receives each new best finger. last: False where a plainer space is searched after this one, so
-    that this one ends sooner. Raises what these raise.
+    last: False where a plainer space is searched after this one, so that this one ends sooner.
     """
-    run = _Run(space, freedom, trials, evaluated, confirm, report, improved, last)
-    return run.found(most)
+    return _Run(space, freedom, trials, calls, last).found(most)
 
 
 @dataclass
@@ -168,10 +167,7 @@ class _Run:
     space: Space
     freedom: Freedom
     trials: Trials
-    evaluated: Evaluated
-    confirm: Confirm
-    report: Report
-    improved: Callable[[Candidate], None]
+    calls: Callbacks
     last: bool
     tried: tuple[Tried, ...] = ()
     candidates: list[Candidate] = field(default_factory=list)
@@ -194,7 +190,7 @@ class _Run:
         search = Search(study_of(self.space), self.space.base, {FUNDAMENTAL: None})
         for count in [*range(BATCH, most, BATCH), most]:
             begun = (count - 1) // BATCH * BATCH + 1
-            self.report(f"trials {begun} to {count} of at most {most}{self._best_words()}")
+            self.calls.report(f"trials {begun} to {count} of at most {most}{self._best_words()}")
             self.tried = searched(search, self.trials, self._sensed, count, BATCH)
             promising = self._cast_first(self._promising(0.0))
             for k, outcome in enumerate(promising):
@@ -256,7 +252,7 @@ class _Run:
 
     def _with_best_share(self, jobs: Sequence[Planned]) -> list[Outcome]:
         """Outcomes of jobs, each with the share of the response that suits it best."""
-        outcomes = [*self.evaluated(jobs)]
+        outcomes = [*self.calls.evaluated(jobs)]
         if not self.freedom.allows(_SHARE):
             return outcomes
         again = {
@@ -271,7 +267,7 @@ class _Run:
             and (share := outcomes[k].metrics.get("best_area_share"))
             and not math.isclose(share, job.design.gages.area_share)
         }
-        for k, better in zip(again, self.evaluated([*again.values()]), strict=True):
+        for k, better in zip(again, self.calls.evaluated([*again.values()]), strict=True):
             if shortfall_of(better) < shortfall_of(outcomes[k]):
                 outcomes[k] = better
         return outcomes
@@ -286,7 +282,7 @@ class _Run:
         if best < self.best_sensed:
             self.best_sensed = best
             nearest = min(outcomes, key=shortfall_of)
-            self.improved(Candidate(self._design(nearest), nearest))
+            self.calls.improved(Candidate(self._design(nearest), nearest))
         return sorted(short.values(), key=order_of)
 
     def _cast_first(self, outcomes: Sequence[Outcome]) -> list[Outcome]:
@@ -318,7 +314,7 @@ class _Run:
         """Analyse the gages of round bodies whose arcs were tried."""
         new = [each for each in arcs if each.digest not in self.bodies]
         if self.space.arc_first and arcs[0] in new:
-            self.report("the gages of the round body, on tetrahedra")
+            self.calls.report("the gages of the round body, on tetrahedra")
             jobs = [_job(self._design(arc), "sensing", values=arc.values) for arc in new]
             found = self._with_best_share(jobs)
             self.bodies |= {arc.digest: body for arc, body in zip(new, found, strict=True)}
@@ -341,24 +337,26 @@ class _Run:
             # The gages hold on this mesh: only the hand was right for the other one alone.
             again = self._with_hand(found.design, found.sensed, own_mesh=True)
             found = self._confirmed(again)
-        self.improved(found)
+        self.calls.improved(found)
         return found
 
     def _with_hand(self, design: Design, outcome: Outcome, own_mesh: bool) -> Candidate:
         words = "a hand on the finger's own mesh" if own_mesh else "a hand"
 
         def judged(designs: Sequence[Design]) -> Sequence[Outcome]:
-            return self.evaluated([_job(each, "hand", own_mesh) for each in designs])
+            return self.calls.evaluated([_job(each, "hand", own_mesh) for each in designs])
 
         def shown(count: int) -> None:
-            self.report(f"{words} for a finger with good gages: {count} of at most {_HANDS} tried")
+            self.calls.report(
+                f"{words} for a finger with good gages: {count} of at most {_HANDS} tried"
+            )
 
         hand = hand_of(design, judged, shown, self.freedom.allows)
         return Candidate(with_values(design, {**hand.values}), outcome, hand)
 
     def _confirmed(self, found: Candidate) -> Candidate:
-        self.report("the whole finger, on its own mesh")
-        found = replace(found, result=self.confirm(found.design))
+        self.calls.report("the whole finger, on its own mesh")
+        found = replace(found, result=self.calls.confirm(found.design))
         self.candidates[-1] = found
         return found
 
