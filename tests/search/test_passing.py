@@ -378,7 +378,7 @@ def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
     noisy = with_values(found.space.base, {"grip.hardware.gage_noise_microstrain": 0.5})
     noisy_space = replace(found.space, base=noisy)
     assert "noise in grip.hardware" in " ".join(conflicts_of(replace(found, space=noisy_space)))
-    pairs = [(0.9, 0.3), (0.6, 0.05)]
+    pairs = [(0.9, 0.3), (0.6, 0.05), (0.5, None)]
     tried = tuple(
         replace(each, outcomes=(seen(*pair),))
         for each, pair in zip(found.tried, pairs, strict=False)
@@ -387,7 +387,7 @@ def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
     for words in (
         *("Why none passes", "plates.material", "exclude each other"),
         *("front: slip sensing against gage signal", "shortfall of the hand"),
-        *("with steps ±5", "(MPa)"),
+        *("with steps ±5", "(MPa)", "lack one of the two, 1 of 3."),
     ):
         assert words in page
 

@@ -105,6 +105,8 @@ def _trials_figure(found: Found) -> style.ReportFigure:
         f"Good fingers are at the upper left: rank correlation over {GOOD_CORRELATION:g}, stick "
         f"change under {WANTED_STICK_CHANGE:g}."
     )
+    if lacking := len(found.tried) - len(front.trials):
+        reading += f" Not drawn: trials that lack one of the two, {lacking} of {len(found.tried)}."
     image = style.to_svg(figure, "trials", reading)
     return style.ReportFigure("trials", "Gages of all trials", image, reading, reading)
 
