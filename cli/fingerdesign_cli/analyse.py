@@ -280,7 +280,7 @@ def grip(
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
-
+    refuse_foreign(RESULTS, out / design.design.name)
     estimator = estimator_for(design, estimator_file, fidelity, [design.grip.controller])
     with progress(design.design.name) as show:
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator, surface=surface)

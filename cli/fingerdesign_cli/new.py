@@ -1,5 +1,6 @@
 """``fingerdesign new``: a commented starter design, scene or study."""
 
+import errno
 import re
 import shlex
 from dataclasses import dataclass, replace
@@ -130,8 +131,17 @@ def _schema(schema: Path, word: str, force: bool, made: str) -> str:
 def _refuse(file: Path, force: bool) -> None:
     """Raise a usage error for a file that cannot or must not be written."""
     if file.suffix != ".toml":
-        other = file.with_suffix(".toml") if file.name else Path("finger.toml")
+        hidden = file.name.startswith(".")  # as of .toml alone
+        other = file.with_suffix(".toml") if file.name and not hidden else Path("finger.toml")
         raise click.UsageError(f"FILE = {file}: must end in .toml; try {other}")
+    try:
+        file.lstat()
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            wrong = "must be a name that the disk takes; choose a shorter one"
+            raise click.UsageError(f"FILE = {file}: {wrong}") from error
+    if file.is_symlink() and not file.exists():
+        raise click.UsageError(f"FILE = {file}: is a link to nothing; choose another name")
     if file.exists() and not file.is_file():
         raise click.UsageError(f"FILE = {file}: must be a regular file; choose another name")
     if file.exists() and not force:

@@ -6,12 +6,13 @@ taken over, and wins where it is of the same key.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from fingerdesign.checks.load import judge_design, with_values
+from fingerdesign.design.faults import shown
 from fingerdesign.design.io import dump_design, read_text
 from fingerdesign.design.keys import leaves, set_value
 from fingerdesign.design.schema import Design
@@ -42,18 +43,32 @@ def with_keys(text: str, values: Mapping[str, object]) -> str:
 
 
 def edited_text(text: str, before: Design, after: Design, folder: Path) -> str:
-    """The text of ``before`` with the changed keys set, its comments unchanged; the whole design
-    written again where that does not read back as the same finger from the folder."""
+    """The text of ``before`` with the changed keys set; the whole design written again where that
+    does not read back as the same finger from the folder. A comment behind a changed value was
+    written for the former one, which takes its place."""
     values = changed_values(before, after)
     if before.design.name != after.design.name:
         values["design.name"] = after.design.name
     try:
-        edited = with_keys(text, values)
+        edited = _former_values(with_keys(text, values), before, values)
         if _same_finger(judge_design(edited, folder=folder).sound(""), after):
             return edited
     except (DesignError, ValueError, KeyError):
         pass  # What TOML's editor cannot set in place is written as a whole.
     return dump_design(after)
+
+
+def _former_values(text: str, before: Design, changed: Iterable[str]) -> str:
+    """The text with the former value as the comment of each changed key that has a comment."""
+    import tomlkit
+    from tomlkit.items import Item
+
+    document = tomlkit.parse(text)
+    former = dict(leaves(before.model_dump(mode="json", exclude_none=True)))
+    for key, item in leaves(document):
+        if key in changed and isinstance(item, Item) and item.trivia.comment:
+            item.trivia.comment = f"# was {shown(former.get(key))}"
+    return tomlkit.dumps(document)
 
 
 def _same_finger(first: Design, second: Design) -> bool:

@@ -182,3 +182,11 @@ def test_a_number_that_is_none_is_refused(terminal, arguments, value):
     shown = terminal(*arguments, value, code=2)
     assert arguments[-1] in shown.err
     assert value in shown.err
+
+
+def test_a_foreign_folder_is_refused_before_work(terminal, tmp_path):
+    (tmp_path / "maeno2000").mkdir()
+    (tmp_path / "maeno2000" / "notes.txt").touch()
+    refused = terminal("grip", "maeno2000", "--out", tmp_path, code=2).err
+    assert "notes.txt" in refused
+    assert "meshing" not in refused

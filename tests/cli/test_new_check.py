@@ -34,6 +34,18 @@ def test_new_names_the_folder_and_the_schema_that_it_writes(terminal):
     assert second == "sub/b.toml written"
 
 
+def test_new_refuses_names_that_no_file_can_have(terminal):
+    Path("link.toml").symlink_to("nowhere/y.toml")
+    for name, why in {
+        f"{300 * 'a'}.toml": "choose a shorter one",
+        "link.toml": "a link to nothing",
+        ".toml": "try finger.toml",
+        "a.txt": "try a.toml",
+    }.items():
+        assert why in terminal("new", name, code=2).err
+    assert Path("link.toml").is_symlink()
+
+
 @pytest.mark.parametrize("name", ["maeno2000", "fine_tees"])
 def test_keys_for_a_gage_that_is_sold_can_be_pasted_and_pass(name, terminal):
     (report,) = json.loads(terminal("check", name, "--json").out)

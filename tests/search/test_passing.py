@@ -305,6 +305,13 @@ def test_an_interrupted_search_reports_what_it_has(tmp_path, in_arcs):
     assert "Why none passes" in passing_page(design, found)
 
 
+def test_a_search_that_stops_in_a_whole_analysis_does_not_blame_the_hand(tmp_path):
+    with pytest.raises(SearchStopped) as stopped:
+        searched(tmp_path, lambda design: (_ for _ in ()).throw(KeyboardInterrupt))
+    assert "not yet analysed as a whole: 1" in stopped.value.found.conflict
+    assert "No hand" not in stopped.value.found.conflict
+
+
 @pytest.mark.parametrize("cast", [True, False])
 def test_fingers_that_can_be_cast_come_first(tmp_path, plane_strain, cast):
     """Plates in proportion to a narrow finger follow best, but no mold has webs for them."""
@@ -450,7 +457,10 @@ def test_a_finger_is_searched_from_a_file_and_its_comments_stay(tmp_path, termin
     text = text.replace("#:schema ../fingerdesign/data", "#:schema .", 1)
     path.write_text(text.replace('name = "film_tees"', 'name = "mine"', 1), encoding="utf-8")
     few = ("--trials", 1, "--workers", 1)
-    assert "all 4 pass" in terminal("optimise", path, "--out", tmp_path / "out", *few).out
+    printed = terminal("optimise", path, "--out", tmp_path / "out", *few).out
+    assert "all 4 pass" in printed
+    assert "next: fingerdesign mold" in printed
+    assert "analysed before" not in printed
     written = (tmp_path / "out" / "mine-optimised.toml").read_text("utf-8")
     assert "fingerdesign optimise" in written.splitlines()[0]
     assert written.splitlines()[1] == text.splitlines()[0]

@@ -117,13 +117,14 @@ def test_faults_of_kept_and_freed_keys_come_together():
     assert "a table" in faults["plates"]
     assert "materials" not in faults
     everything = Freedom(keep=("body", "plates", "gages"))
-    with pytest.raises(DesignError, match="--keep"):
+    with pytest.raises(DesignError, match="tunes the hand alone"):
         space_of(load_design("maeno2000"), everything)
-    both = Freedom(keep=("body",), free=("body.width_mm", "gages.z_mm"))
+    both = Freedom(keep=("body",), free=("body.width_mm", "gages.z_mm", "mesh.plate_size_mm"))
     bounds = {fault.value: fault.bound for fault in both.faults(load_design("film_tees"))}
     assert bounds == {
         "body.width_mm": "a key that is not kept",
         "gages.z_mm": "a key that is not 0",
+        "mesh.plate_size_mm": "a key of the finger",
     }
 
 

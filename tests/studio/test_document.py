@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from fingerdesign.checks.load import parse_design
+from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.design.starter import starter_text
 from fingerdesign.errors import DesignError
-from fingerdesign.studio.document import Document, with_keys
+from fingerdesign.studio.document import Document, edited_text, with_keys
 from fingerdesign.studio.sliders import sliders_of
 
 
@@ -36,6 +36,16 @@ def test_a_new_key_joins_its_table():
     assert found.startswith("[design]\nname = 'a'  # mine\n")
     assert "count = 3\nangle_deg = 20.0\n" in found
     assert "[body]\nwidth_mm = 21.0" in found
+
+
+def test_a_comment_on_a_changed_value_gives_way_to_the_former_value(tmp_path):
+    text = starter_text("mine", "block")
+    before = parse_design(text)
+    assert "# all of the pad touches at once" in text
+    after = with_values(before, {"grip.max_approach_mm": 0.25})
+    found = edited_text(text, before, after, tmp_path)
+    assert "max_approach_mm = 0.25    # was 0.2\n" in found
+    assert "# keys left out are those of maeno2000" in found
 
 
 def test_a_key_that_is_set_is_no_longer_assumed():

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -193,7 +194,7 @@ def optimise_design(
 
     def confirm(found: Design) -> Result:
         case = Case(_named(found, name), mesh_error=True)
-        return answer_of(case, out, lambda *words: None, Products(False, False, False))
+        return answer_of(case, out, _silent, Products(False, False, False))
 
     def improved(found: Candidate) -> None:
         write_whole(file, edited_text(text, design, _named(found.design, name), out))
@@ -210,7 +211,9 @@ def optimise_design(
                 if found.best.result is not None:
                     best = _named(found.best.design, name)
                     show("writing the report")
-                    answer_of(Case(best, mesh_error=True), out, show, Products(True, True, False))
+                    answer_of(
+                        Case(best, mesh_error=True), out, _silent, Products(True, True, False)
+                    )
     except SearchStopped as stopped:
         write_page(page, design, stopped.found)
         _say_found(stopped.found, design, target, file, page)
@@ -219,6 +222,10 @@ def optimise_design(
     _say_found(found, design, target, file, page)
     open_page(page)
     return 0 if found.passes else 1
+
+
+def _silent(message: str, fraction: float | None = None, left_s: float | None = None) -> None:
+    """Report nothing: the search tells what it does."""
 
 
 def _text_for(design_file: Path, out: Path) -> str:
@@ -272,6 +279,10 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
     if best is not None:
         say(f"design: {file}")
     say(f"search: {page}")
+    if found.passes:
+        say(
+            f"next: fingerdesign mold {shlex.quote(str(file))} (can it be cast, and sense as cast?)"
+        )
 
 
 def _found_data(found: Found) -> dict[str, object]:

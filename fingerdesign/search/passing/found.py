@@ -181,10 +181,12 @@ def conflicts_of(found: Found) -> Iterator[str]:
     gripped = len(found.candidates) - on_arc
     if names:
         yield f"On the finger's own mesh these verdicts fail: {', '.join(names)}."
+    elif waiting := sum(each.hand.shortfall == 0.0 for each in found.candidates):
+        yield f"Fingers with good gages and a good hand, not yet analysed as a whole: {waiting}."
     elif gripped:
         yield (
-            f"Of {gripped} fingers with good gages none has a hand that lifts at every friction "
-            "with a force between the limits."
+            f"Fingers with good gages: {gripped}. No hand that was tried lifts one of them at "
+            "every friction with a force between the limits."
         )
     # With feeler a steady hand was found in 26 tries, with 0.5 microstrain of noise not in 110.
     if gripped and found.space.base.grip.hardware.gage_noise_microstrain:

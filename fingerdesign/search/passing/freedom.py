@@ -44,6 +44,8 @@ class Freedom:
                 bound, remedy = "a key with a number", "only numbers can vary between bounds"
             elif not known[key]:
                 bound, remedy = "a key that is not 0", "it varies by 0.7 to 1.4 times; set a number"
+            elif key.startswith("mesh."):
+                bound, remedy = "a key of the finger", "an element's size would vary the error"
             elif not self.allows(key):
                 bound, remedy = "a key that is not kept", "leave out --keep or --free of it"
             else:

@@ -89,7 +89,8 @@ def _trials_figure(found: Found) -> style.ReportFigure:
     front = found.front
     pairs, best = (np.array(each).reshape(-1, 2) for each in (front.trials, front.best))
     names = " against ".join(GOALS)
-    axes.step(best[:, 1], best[:, 0], color=style.VERMILION, lw=1.2, label=f"front: {names}")
+    if len(best) > 1:
+        axes.step(best[:, 1], best[:, 0], color=style.VERMILION, lw=1.2, label=f"front: {names}")
     axes.plot(pairs[:, 1], pairs[:, 0], "o", color=style.BLUE, ms=4.0, label="trial")
     if found.best is not None:
         own = np.array([*pair_of(found.best.sensed)]).reshape(-1, 2)

@@ -157,7 +157,8 @@ def space_of(design: Design, freedom: Freedom) -> Space:
         base = with_values(base, {radius: flat_of(base, load_design(PASSING[0]))[radius]})
     parameters = dict(parameters_of(base, freedom))
     if not parameters:
-        fault = Fault("--keep", ", ".join(freedom.keep), "some key left to vary", "keep fewer keys")
+        remedy = "keep fewer keys; `fingerdesign study DESIGN --tune` tunes the hand alone"
+        fault = Fault("--keep", ", ".join(freedom.keep), "some size left to vary", remedy)
         raise DesignError([fault], design.design.name)
     if "plates.count" not in parameters and not _has_row(base):
         bound = "a row of plates along x: without one no gage sees slip along x"
