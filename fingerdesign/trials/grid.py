@@ -203,7 +203,7 @@ class ControlGrid:
             found += [
                 Fault("--fault", label, bound, "correct it")
                 for label in self.perturbed.labels
-                if not set(label.split("+")) <= set(LABELS)
+                if label != NONE and not {*label.split("+")} <= {*LABELS} - {NONE}
             ]
         if self.cells_of_one > _MOST_GRIPS:
             bound = f"at most {_MOST_GRIPS} grips a controller"

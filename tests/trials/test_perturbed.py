@@ -195,6 +195,7 @@ def test_all_controllers_meet_the_same_fingers(coarse_file, tmp_path, capsys):
     given = ["study", "--perturbed", str(coarse_file), "--out", str(tmp_path / "out")]
     given += ["--plants", "2", "--lifts", "1", "--workers", "1", "--quiet"]
     assert main([*given, "--fault", "rust"]) == 2
+    assert main([*given, "--fault", "none+all"]) == 2
     assert "--fault = rust: must be one of none, modulus" in capsys.readouterr().err
     assert main([*given, "--seed", "-1"]) == 2
     assert "--seed = -1" in capsys.readouterr().err
