@@ -226,9 +226,9 @@ def test_a_search_writes_its_best_so_far_and_ends_with_it(monkeypatch, tmp_path)
     )  # fmt: skip
     seen = []
 
-    def find(design, freedom, journal, evaluated, confirm, most, report, improved):
-        report("trial 4 of 7")
-        improved(Candidate(better, sensed))
+    def find(design, freedom, journal, calls, most):
+        calls.report("trial 4 of 7")
+        calls.improved(Candidate(better, sensed))
         seen.append(pickle.loads((tmp_path / "progress.pkl").read_bytes()))
         space = replace(space_of(design, freedom), given_up=("body.core",))
         return Found(space, (), (), None, "goals exclude each other")
