@@ -74,7 +74,8 @@ def estimator_for(
     fidelity: str | None = None,
     hands: Iterable[str] = (),
 ) -> GripEstimator | None:
-    """The estimator in a file that ``fingerdesign train`` wrote; None without a file.
+    """The estimator in a file that ``fingerdesign train`` wrote, or that of a shipped design, by
+    its name; None without a file.
 
     hands: controllers that will grip; a line on stderr reports where one of them could have had the
     estimator that ships under the design's name, if the design were as it shipped. DesignError for
@@ -89,10 +90,15 @@ def estimator_for(
             if note and not quiet():
                 click.echo(note, err=True)
         return None
+    from fingerdesign.sensing.train.ready import adopted_estimator
     from fingerdesign.sensing.train.result import estimator_faults
 
+    estimator = None if path.exists() else adopted_estimator(design, str(path))
+    if estimator is not None and not quiet():
+        own = "fingerdesign train makes this finger's own, which lifts more with several faults"
+        click.echo(f"the estimator of {path} may be of another finger; {own}", err=True)
     try:
-        estimator = GripEstimator.from_json(whole_text(path))
+        estimator = estimator or GripEstimator.from_json(whole_text(path))
     except (OSError, UnicodeDecodeError, EstimatorError) as error:
         fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
         raise DesignError([fault]) from error

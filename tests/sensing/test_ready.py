@@ -118,3 +118,19 @@ def test_another_finger_stage_or_fidelity_is_trained(film_tees, values, fidelity
         own = with_values(design, {"grip.controller": "regulator"})
         with pytest.raises(DesignError, match="on this design"):
             ready.with_estimator(Case(own, None, "3d", estimator=shipped), print)
+
+
+def test_a_finger_near_to_a_shipped_one_takes_its_estimator_by_name(terminal):
+    near = with_values(load_design("film_tees"), {"plates.pitch_mm": 0.97})
+    found = ready.adopted_estimator(near, "film_tees")
+    assert estimator_faults(near, found, "3d") == []
+    assert "trained in 3d" in str(estimator_faults(near, found, "plane-strain"))
+    assert "for 11 gages" in str(
+        estimator_faults(
+            load_design("feeler"), ready.adopted_estimator(load_design("feeler"), "film_tees")
+        )
+    )
+    assert ready.adopted_estimator(near, "maeno2000") is None
+    refused = terminal("grip", "feeler", "--estimator", "film_tees", code=2).err
+    assert "may be of another finger" in refused
+    assert "11 gages" in refused

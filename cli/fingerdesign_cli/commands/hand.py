@@ -77,7 +77,8 @@ def _new_folder(
 )
 @model_option
 @estimator_option(
-    "What the regulator grips by, from `fingerdesign train`; without it, it is taught first."
+    "What the regulator grips by, from `fingerdesign train`; or a shipped design's name, for the "
+    "estimator of a finger near to it. Without it one is trained first."
 )
 @go_on_option
 @result_options
@@ -306,8 +307,9 @@ def export() -> None:
     help="Take the seed of published tables, on which nothing is developed: once for each table.",
 )
 @estimator_option(
-    "For the regulator: what `fingerdesign train` wrote for DESIGN. Without it one is "
-    "trained first (minutes), or taken from the cache."
+    "For the regulator: what `fingerdesign train` wrote for DESIGN; or a shipped design's name, "
+    "for the estimator of a finger near to it. Without it one is trained first (minutes), or "
+    "taken from the cache."
 )
 @workers_option
 @model_option
