@@ -128,20 +128,26 @@ def _schema(schema: Path, word: str, force: bool, made: str) -> str:
     return f" with {schema.name}, by which editors explain keys{made and ','}{made}"
 
 
-def _refuse(file: Path, force: bool) -> None:
-    """Raise a usage error for a file that cannot or must not be written."""
+def _wrong_name(file: Path) -> str:
+    """Fault of a file's name, with the remedy; "" where nothing is."""
     if file.suffix != ".toml":
         hidden = file.name.startswith(".")  # as of .toml alone
         other = file.with_suffix(".toml") if file.name and not hidden else Path("finger.toml")
-        raise click.UsageError(f"FILE = {file}: must end in .toml; try {other}")
+        return f"must end in .toml; try {other}"
     try:
         file.lstat()
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
-            wrong = "must be a name that the disk takes; choose a shorter one"
-            raise click.UsageError(f"FILE = {file}: {wrong}") from error
+            return "must be a name that the disk takes; choose a shorter one"
     if file.is_symlink() and not file.exists():
-        raise click.UsageError(f"FILE = {file}: is a link to nothing; choose another name")
+        return "is a link to nothing; choose another name"
+    return ""
+
+
+def _refuse(file: Path, force: bool) -> None:
+    """Raise a usage error for a file that cannot or must not be written."""
+    if wrong := _wrong_name(file):
+        raise click.UsageError(f"FILE = {file}: {wrong}")
     if file.exists() and not file.is_file():
         raise click.UsageError(f"FILE = {file}: must be a regular file; choose another name")
     if file.exists() and not force:
