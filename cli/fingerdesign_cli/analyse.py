@@ -29,7 +29,7 @@ from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import RESULTS
 from fingerdesign.runtime.progress import Progress
-from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
+from fingerdesign_cli.inputs import all_sound, estimator_for, read_case, refuse_foreign
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
     WIDTH,
@@ -275,6 +275,7 @@ def grip(
 ) -> int:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient."""
     design, _ = read_case(design_file)
+    all_sound(partial(_with_options, design, lift.given()), lift.surface)
     design, surface = _with_options(design, lift.given()), lift.surface()
     _refuse_relaxing(design, surface)
     if design.plates.number < 2:

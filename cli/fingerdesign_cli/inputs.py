@@ -1,6 +1,6 @@
 """Inputs of subcommands: files or shipped names, estimators, folders that are written whole."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from fingerdesign.design.shipped import file_text
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.runtime.files import whole_text
+from fingerdesign.runtime.files import whole_text, why_unread
 from fingerdesign.runtime.journal import held
 from fingerdesign.runtime.progress import Progress
 from fingerdesign_cli.terminal import progress, quiet
@@ -41,6 +41,18 @@ def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design
     if errors or found is None or found.value is None:
         raise DesignError.together(errors)
     return found.value, scene.value if scene is not None else None
+
+
+def all_sound(*steps: Callable[[], object]) -> None:
+    """Take each step. Raises one DesignError with the faults of all."""
+    errors: list[DesignError] = []
+    for step in steps:
+        try:
+            step()
+        except DesignError as error:
+            errors.append(error)
+    if errors:
+        raise DesignError.together(errors)
 
 
 def judged_scene(name: Path) -> tuple[Judged[Scene] | None, DesignError | None]:
@@ -94,13 +106,13 @@ def estimator_for(
     from fingerdesign.sensing.train.result import estimator_faults
 
     estimator = None if path.exists() else adopted_estimator(design, str(path))
-    if estimator is not None and not quiet():
+    if estimator is not None and estimator.adopted_from and not quiet():
         own = "fingerdesign train makes this finger's own, which lifts more with several faults"
-        click.echo(f"the estimator of {path} may be of another finger; {own}", err=True)
+        click.echo(f"the estimator of {path} is of another finger; {own}", err=True)
     try:
         estimator = estimator or GripEstimator.from_json(whole_text(path))
     except (OSError, UnicodeDecodeError, EstimatorError) as error:
-        fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
+        fault = Fault("--estimator", str(path), "an estimator's JSON file", why_unread(error))
         raise DesignError([fault]) from error
     if faults := estimator_faults(design, estimator, fidelity):
         raise DesignError(faults, str(path))

@@ -199,6 +199,26 @@ class Group(click.Group):
             raise
 
 
+class Command(click.Command):
+    """A command whose error for wrong values of options and arguments names all of them."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse as usual. UsageError with every fault where there is more than one."""
+        try:
+            return super().parse_args(ctx, list(args))
+        except click.BadParameter as first:
+            given, _, _ = self.make_parser(ctx).parse_args(list(args))
+            wrong = list[str]()
+            for each in self.params:
+                try:
+                    each.handle_parse_result(ctx, given, [])
+                except click.UsageError as error:
+                    wrong.append(error.format_message())
+            if len(wrong) < 2:
+                raise
+            raise click.UsageError("\n".join(wrong), ctx) from first
+
+
 @dataclass(frozen=True)
 class Options:
     """Base of dataclasses of options that travel together: a function that does a command's work
@@ -218,9 +238,8 @@ def command(module: str, short: str) -> Callable[[Callable[[], None]], click.Com
             code: int | None = found(**given)
             return code
 
-        found = click.command(function.__name__.strip("_").replace("_", "-"), short_help=short)(
-            function
-        )
+        name = function.__name__.strip("_").replace("_", "-")
+        found = click.command(name, Command, short_help=short)(function)
         found.callback = work
         found.epilog = COMMON
         return found

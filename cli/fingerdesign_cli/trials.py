@@ -2,6 +2,7 @@
 
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -31,7 +32,7 @@ from fingerdesign.trials.study import (
 from fingerdesign.trials.summary import Summary
 from fingerdesign.trials.tables import NONE, at_noise
 from fingerdesign.trials.tuning import DESIGN_FILE, TuningSetting
-from fingerdesign_cli.inputs import estimator_for, read_case, recorded, refuse_foreign
+from fingerdesign_cli.inputs import all_sound, estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES, Options
 from fingerdesign_cli.terminal import (
     number,
@@ -227,8 +228,7 @@ def _study(
     design, _ = read_case(design_file)
     target = out / design.design.name
     grid = axes.grid()
-    refuse(grid, ())
-    refuse_foreign(FOLDER, target)
+    all_sound(partial(refuse, grid, hands.names), partial(refuse_foreign, FOLDER, target))
     setting = TuningSetting(axes.noises) if axes.noises else TuningSetting()
     options = StudyOptions(
         estimator=estimator_for(design, hands.estimator_file, fidelity, hands.names),

@@ -156,6 +156,8 @@ def of_choices(case: Case, scene: Scene) -> Facts:
         found["read_as_forces"] = {}
     if case.fidelity == "finite" and (note := pressure_note(design, scene)):
         found["near_dead_pressure"] = {"note": note}
+    if case.estimator is not None and (trained_on := case.estimator.adopted_from):
+        found["other_estimator"] = {"trained_on": trained_on}
     if words := misfit_words(design):
         found["gage_does_not_fit"] = {"words": words}
     return found

@@ -112,12 +112,14 @@ class Band:
 @dataclass(frozen=True)
 class GripEstimator:
     """See the module. design: key of its training; noise: of a gage's sample, microstrain,
-    stated by the rig; bands: rising in noise."""
+    stated by the rig; bands: rising in noise; adopted_from: name of the finger that it was trained
+    on, where another one grips with it."""
 
     design: str
     curves: FingerCurves
     noise: float
     bands: tuple[Band, ...]
+    adopted_from: str = ""
 
     def at_noise(self, noise: float) -> GripEstimator:
         """The same for a rig with another noise, microstrain: it was trained on all."""

@@ -13,7 +13,7 @@ from fingerdesign.design.faults import fault_of
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, unknown_materials
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.runtime.files import whole_content
+from fingerdesign.runtime.files import whole_content, why_unread
 
 MAX_BYTES = 2_000_000  # A design has some kilobytes; a scene of 10,000 rows stays below 1 MB.
 # The largest shipped file has 80 keys, three tables deep. Many more take minutes to be refused one
@@ -48,10 +48,8 @@ def read_text(file: str | Path) -> str:
     try:
         return whole_content(file, MAX_BYTES).decode("utf-8-sig")
     except (OSError, ValueError) as error:
-        why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        if isinstance(error, IsADirectoryError):
-            why = "it is a folder: name a file in it"
-        raise DesignError([Fault("file", str(file), "a readable TOML file", f"{why}")]) from None
+        fault = Fault("file", str(file), "a readable TOML file", why_unread(error))
+        raise DesignError([fault]) from None
 
 
 def parse_toml(text: str, source: str = "") -> dict[str, Any]:

@@ -9,6 +9,7 @@ from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.base import ResultError, write_csv
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.result import IncrementResult, Result
+from fingerdesign.runtime.files import why_unread
 
 RESULT_FILE = "result.json"
 MOST_BYTES = 100_000_000  # of a result.json: 10,000 increments of fifteen gages take 30 MB
@@ -45,7 +46,7 @@ def read_result(folder: Path | str) -> Result:
             raise ResultError(f"no result can be read at {path}: {words}")
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ResultError(f"no result can be read at {path}: {error}") from error
+        raise ResultError(f"no result can be read at {path}: {why_unread(error)}") from error
     return Result.from_json(text, str(path))
 
 

@@ -137,6 +137,15 @@ def whole_folder(target: Path) -> Iterator[Path]:
             shutil.rmtree(aside, ignore_errors=True)
 
 
+def why_unread(error: Exception) -> str:
+    """The reason why a file is not read, in words without its path."""
+    if isinstance(error, IsADirectoryError):
+        return "it is a folder: name a file in it"
+    if isinstance(error, UnicodeDecodeError):
+        return "it is not UTF-8 text"
+    return getattr(error, "strerror", None) or str(error)
+
+
 def whole_text(path: Path | str, encoding: str = "utf-8", most: int = MOST_BYTES) -> str:
     """A file's text, its line ends as "\\n". Errors as of :func:`whole_content`, and
     UnicodeDecodeError where it is none."""

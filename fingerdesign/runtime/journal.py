@@ -52,10 +52,10 @@ class Journal:
     """Records (plain values, as of JSON) by key, in the order in which they were added.
 
     The file is made by the first record. A context manager; it may be used without, too. Raises
-    JournalError.
+    JournalError. identity: of the work; None reads a journal of any.
     """
 
-    def __init__(self, path: Path, kind: str, identity: str) -> None:
+    def __init__(self, path: Path, kind: str, identity: str | None) -> None:
         self.path = path
         self._about = {"format": str(FORMAT), "kind": kind, "identity": identity}
         self._base: sqlite3.Connection | None = None
@@ -137,7 +137,8 @@ class Journal:
             about = dict(base.execute("select key, value from about"))
             if any(about.get(key) != self._about[key] for key in ("format", "kind")):
                 raise JournalError(what)
-            if about["identity"] != self._about["identity"]:  # KeyError: it is not whole
+            own = self._about["identity"]
+            if about["identity"] != own and own is not None:  # KeyError: it is not whole
                 other = f"{self.path} is of another design, setting or version; {remedy}"
                 raise JournalError(other)
             rows = base.execute("select key, record from records order by rowid").fetchall()

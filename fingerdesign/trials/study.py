@@ -113,6 +113,7 @@ def run_study(
     names = tuple(dict.fromkeys(controllers))
     refuse(grid, names)
     _refuse_perturbed(design, grid, options.fidelity)
+    Journal(journal, KIND, None).close()  # A damaged one is found before the work.
     clock, report = Clock(), options.report
     bench = _grip_bench(design, names, grid, options, clock)
     digest = _study_digest(design, grid, bench.estimator, options)
@@ -322,6 +323,8 @@ def warnings_of(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
             "the cell measures torque, and the estimator knows no turn radius: it takes an object "
             "that turns for one that slips; train it again by fingerdesign train --fidelity 3d"
         )
+    if known is not None and known.adopted_from:
+        found.append(f"the estimator is that of {known.adopted_from}, another finger")
     failed = [each.result for each in trials if each.result.outcome == "failed"]
     if failed:
         found.append(

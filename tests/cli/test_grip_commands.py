@@ -170,6 +170,20 @@ def test_a_faulty_option_is_one_fault_that_names_it(folder, tmp_path, terminal):
 
 
 @pytest.mark.parametrize(
+    ("command", "named"),
+    [
+        ("grip pin --controller magic --scene nosuch", ("'magic'", "nosuch")),
+        ("study pin --controller magic --friction nan --noise -1", ("magic", "nan", "-1")),
+        ("grip pin --fidelity 4d --mass-g x", ("'4d'", "'x'")),
+        ("optimise pin --trials -1 --scheduler tcp://h:1 --workers x", ("-1", "'x'")),
+    ],
+)
+def test_faults_of_several_options_come_together(terminal, command, named):
+    refused = terminal(*command.split(), code=2).err
+    assert [each for each in named if each not in refused] == []
+
+
+@pytest.mark.parametrize(
     "arguments",
     [
         ("tolerance", "maeno2000", "--yield-within"),

@@ -104,6 +104,7 @@ def test_what_is_in_the_way_is_refused_before_any_work(command, study, out, term
         (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "give one"),
         (["--scheduler", ""], "must be an address"),
         (["--scheduler", " "], "must be an address"),
+        (["--scheduler", "nosuch"], "must be an address"),
     ],
 )
 def test_wrong_schedulers_are_refused_where_nothing_is_computed_too(

@@ -231,6 +231,7 @@ def test_somebodys_file_is_left_alone(tmp_path):
     for kind, identity, words in (("a trial", "e", "another design"), ("else", "d", "no journal")):
         with pytest.raises(JournalError, match=words):
             Journal(path, kind, identity)
+    assert len(Journal(path, "a trial", None)) == 1
     path.unlink()
     with closing(sqlite3.connect(path)) as base, base:
         base.execute("create table mine (x)")

@@ -345,8 +345,9 @@ def worker(tmp_path_factory):
         (struct.pack("<Q", 2) + b"\xff\xff", 1, "Dask scheduler"),
         ("nonsense://x", 2, "--scheduler = nonsense://x: must be an address"),
         ("scheduler.json", 2, "must be a file that a Dask scheduler"),
+        ("nosuch", 2, "--scheduler = nosuch: must be an address"),
     ],
-    ids=range(4),
+    ids=range(5),
 )
 def test_no_scheduler_is_an_error(worker, address, code, stated):
     """Bytes: what somebody else answers there."""

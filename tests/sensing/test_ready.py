@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from fingerdesign_cli.inputs import estimator_for
 
+from fingerdesign.analysis.analysis import of_choices
 from fingerdesign.analysis.case import Case
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.estimator import Band, GripEstimator, Layer
@@ -124,6 +125,12 @@ def test_a_finger_near_to_a_shipped_one_takes_its_estimator_by_name(terminal):
     near = with_values(load_design("film_tees"), {"plates.pitch_mm": 0.97})
     found = ready.adopted_estimator(near, "film_tees")
     assert estimator_faults(near, found, "3d") == []
+    assert found.adopted_from == "film_tees"
+    own = ready.adopted_estimator(load_design("film_tees"), "film_tees")
+    assert own.adopted_from == ""
+    cases = (Case(near, None, "3d", estimator=each) for each in (found, own, None))
+    facts = (of_choices(case, case.path_scene).get("other_estimator") for case in cases)
+    assert list(facts) == [{"trained_on": "film_tees"}, None, None]
     assert "trained in 3d" in str(estimator_faults(near, found, "plane-strain"))
     assert "for 11 gages" in str(
         estimator_faults(
@@ -132,5 +139,5 @@ def test_a_finger_near_to_a_shipped_one_takes_its_estimator_by_name(terminal):
     )
     assert ready.adopted_estimator(near, "maeno2000") is None
     refused = terminal("grip", "feeler", "--estimator", "film_tees", code=2).err
-    assert "may be of another finger" in refused
+    assert "is of another finger" in refused
     assert "11 gages" in refused

@@ -17,7 +17,7 @@ from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.records.statistics import share_of
-from fingerdesign.runtime.journal import Journal
+from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.sensing.train.result import finger_key
 from fingerdesign.trials.grid import (
     FRICTIONS,
@@ -111,6 +111,12 @@ def test_a_journal_with_an_invalid_value_is_refused(tmp_path, key, value):
 OPTIONS = ["--friction", "0.4", "--friction", "0.6", "--mass-g", "150", "--mass-g", "300"]
 OPTIONS += ["--noise", "0", "--noise", "0.5", "--workers", "1"]
 OPTIONS += ["--controller", "paper", "--controller", "oracle_1.2"]
+
+
+def test_a_damaged_journal_is_found_before_the_work(design, tmp_path):
+    (tmp_path / "j").write_text("no journal")
+    with pytest.raises(JournalError, match="no journal of"):
+        run_study(design, ["oracle_1.2"], GRID, tmp_path / "j", StudyOptions(report=pytest.fail))
 
 
 def test_the_command_writes_a_whole_folder(coarse_file, tmp_path, capsys):
@@ -257,9 +263,13 @@ def test_an_estimator_that_cannot_tell_turning_from_slip_is_warned_of(
         calibration=lambda noise: press,
         bounds=SimpleNamespace(preload=1e-4, max_approach=1.0),
         grip=SimpleNamespace(hardware=SimpleNamespace(torque_noise_Nmm=torque_noise)),
-        estimator=SimpleNamespace(curves=SimpleNamespace(turn_radius=np.full(3, radius))),
+        estimator=SimpleNamespace(
+            curves=SimpleNamespace(turn_radius=np.full(3, radius)), adopted_from="feeler"
+        ),
     )
-    assert any("turn radius" in words for words in warnings_of(bench, ())) is warned
+    found = warnings_of(bench, ())
+    assert any("turn radius" in words for words in found) is warned
+    assert "the estimator is that of feeler, another finger" in found
 
 
 def test_unannounced_are_those_that_went_wrong_without_a_warning():

@@ -148,11 +148,11 @@ def optimise(
     refuse_foreign(SEARCH_FOLDER, target)
     search = Search(study, base_design(study, folder), study_scenes(study, folder))
     store = Store()
-    journal = journal_path(target.absolute())
+    journal, at = journal_path(target.absolute()), Cluster(setting.workers, setting.scheduler)
     with (
         Trials(study, search.base, journal) as trials_on_disk,  # locked till the folder is written
         progress(study.name, not as_json()) as show,
-        Cluster(setting.workers, setting.scheduler) as cluster,
+        at as cluster,
     ):
         report = SearchProgress(StudyProgress(show, cluster), len(search.scenes))
 

@@ -21,7 +21,7 @@ from fingerdesign.records.outcome import (
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULT_FILE, read_result
 from fingerdesign.runtime.columns import ColumnError
-from fingerdesign.runtime.files import whole_text
+from fingerdesign.runtime.files import whole_text, why_unread
 from fingerdesign.search.compare.from_result import SCENE, outcome_of_result, tables_of
 from fingerdesign.search.compare.large import COLUMNS_FILE, best_of
 from fingerdesign.search.compare.recommend import (
@@ -255,7 +255,8 @@ def _lines(path: Path) -> tuple[Outcome, ...]:
                     found.append(Outcome.from_json(line))
                     found[-1].to_json()  # what is infinite cannot be written again
     except (OSError, UnicodeDecodeError) as error:
-        raise DesignError([Fault("RESULT", path, "a file of outcomes", str(error))]) from error
+        fault = Fault("RESULT", path, "a file of outcomes", why_unread(error))
+        raise DesignError([fault]) from error
     except (OutcomeError, ValueError) as error:
         fault = Fault("outcome", line[:60], "an outcome as JSON", f"{error}; run the study again")
         raise DesignError([fault], where) from error

@@ -20,6 +20,7 @@ from contextlib import ExitStack
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
@@ -245,12 +246,7 @@ class Cluster(ExitStack):
         from distributed import Client
         from distributed.comm import get_address_host_port
 
-        try:
-            host, port = get_address_host_port(address)
-        except Exception as error:
-            remedy = f"correct it ({type(error).__name__}: {error})"
-            fault = Fault("--scheduler", address, _LIKE, remedy)
-            raise DesignError([fault]) from error
+        host, port = get_address_host_port(address)
         _refuse_without_certificate(address)
         client: Any = None
         try:
@@ -306,9 +302,15 @@ def _refuse_without_certificate(address: str) -> None:
 
 
 def _address(scheduler: str) -> str:
-    """The address itself, or the one in a file that the scheduler wrote."""
+    """The address itself, or the one in a file that the scheduler wrote. Raises DesignError."""
     if not os.path.isfile(scheduler):
-        return scheduler
+        try:
+            whole = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
+            if whole.hostname and whole.port and whole.scheme in ("tcp", "tls"):
+                return scheduler
+        except ValueError:  # the port is no number, or too large
+            pass
+        raise DesignError([Fault("--scheduler", scheduler, _LIKE, "correct it")])
     try:
         return str(json.loads(Path(scheduler).read_text(encoding="utf-8"))["address"])
     except (OSError, ValueError, KeyError, TypeError) as error:

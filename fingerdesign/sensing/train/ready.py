@@ -52,7 +52,9 @@ def adopted_estimator(design: Design, name: str) -> GripEstimator | None:
         return None
     shipped, found = load_design(name), GripEstimator.from_json(text)
     trained = next(each for each in FIDELITIES if found.design in finger_keys(shipped, each))
-    return replace(found, design=finger_key(design, trained))
+    if found.design in finger_keys(design, trained):
+        return found
+    return replace(found, design=finger_key(design, trained), adopted_from=name)
 
 
 def unused_estimator(design: Design, fidelity: str | None = None) -> str | None:
