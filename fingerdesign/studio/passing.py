@@ -18,7 +18,7 @@ from fingerdesign.records.result import Result
 from fingerdesign.records.verdict import VerdictView
 from fingerdesign.runtime.files import scratch, write_whole
 from fingerdesign.runtime.isolate import Worker
-from fingerdesign.search.passing.found import Candidate
+from fingerdesign.search.passing.found import Candidate, unready
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.passing import Callbacks, evaluated_by, most_trials, search_passing
 from fingerdesign.search.passing.space import space_of
@@ -74,11 +74,11 @@ def search(design: Design, folder: Path, most: int) -> Progress:
         return analyse_into(Case(found, mesh_error=True), folder, page=False, cad=False)
 
     with Cluster() as cluster:
-        calls = Callbacks(evaluated_by(cluster), confirm, report, improved)
+        calls = Callbacks(evaluated_by(cluster), confirm, report, improved, unready)
         found = search_passing(design, Freedom(), folder / "trials.jsonl", calls, most)
     if found.best is not None:
         improved(found.best)
-    words = filter(None, (f"{len(found.tried)} trials", found.given_up))
+    words = filter(None, (f"{len(found.tried)} trials", found.given_up, found.note))
     show(message=". ".join(words), conflict=found.conflict)
     return now
 

@@ -19,7 +19,7 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.found import SearchStopped, castable, conflicts_of
+from fingerdesign.search.passing.found import SearchStopped, castable, conflicts_of, unready
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import front_of
 from fingerdesign.search.passing.page import passing_page
@@ -276,6 +276,17 @@ def test_a_damaged_second_journal_is_found_before_the_first_trial(tmp_path):
     never = pytest.fail
     with pytest.raises(DesignError, match="no journal of trials"):
         search_passing(load_design("pin"), Freedom(), tmp_path / "t.jsonl", Callbacks(never, never))
+
+
+def test_a_finger_that_is_no_sensor_as_cast_is_reported_with_the_remedy(tmp_path, plane_strain):
+    narrow = load_design("narrow")
+    words = unready(narrow)
+    assert "no gage that is sold fits" in words
+    assert 'Remedy: add mold.gage = "sputtered_film", mold.leads = "leg".' in words
+    assert unready(with_values(narrow, {"mold.gage": "sputtered_film", "mold.leads": "leg"})) == ""
+    good = judged(plane_strain.result, 2.0)
+    calls = Callbacks(Bench(), lambda design: good, unready=lambda design: words)
+    assert words in search_passing(narrow, Freedom(), tmp_path / "t.jsonl", calls).note
 
 
 @pytest.mark.parametrize("in_arcs", [False, True])

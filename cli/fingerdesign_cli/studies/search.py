@@ -32,7 +32,7 @@ from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless,
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import journal_path, tables, verdict, write_optimised
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.passing.found import Candidate, Found, SearchStopped
+from fingerdesign.search.passing.found import Candidate, Found, SearchStopped, unready
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import GOALS
 from fingerdesign.search.passing.page import write_page
@@ -204,7 +204,8 @@ def optimise_design(
             progress(design.design.name, not as_json()) as show,
             Cluster(setting.workers, setting.scheduler) as cluster,
         ):
-            calls = Callbacks(evaluated_by(cluster, setting.retry), confirm, show, improved)
+            evaluated = evaluated_by(cluster, setting.retry)
+            calls = Callbacks(evaluated, confirm, show, improved, unready)
             found = search_passing(design, freedom, journal.absolute(), calls, trials)
             if found.best is not None:
                 improved(found.best)

@@ -67,7 +67,7 @@ class Found:
     """Result of the search: all trials, all candidates, the one to take (None: no finger at all).
 
     conflict: why none passes, in a sentence; "" where one does. castable: a mold of the best can be
-    planned.
+    planned. unready: what keeps the best from being a sensor as cast, and what helps.
     """
 
     space: Space
@@ -76,6 +76,7 @@ class Found:
     best: Candidate | None = None
     conflict: str = ""
     castable: bool = True
+    unready: str = ""
 
     @property
     def front(self) -> Front:
@@ -114,6 +115,8 @@ class Found:
             ]
         if not self.castable:
             words += ["No mold can be planned for this finger: `fingerdesign mold` says why."]
+        if self.unready:
+            words += [self.unready]
         return " ".join(words)
 
 
@@ -206,3 +209,23 @@ def castable(design: Design) -> bool:
     except MoldRefused:
         return False
     return True
+
+
+def unready(design: Design) -> str:
+    """Why a finger that can be cast is no sensor then, as ``fingerdesign mold`` judges it, and the
+    lines of a design that mend it; "" where it is ready."""
+    from fingerdesign.layout.fitting import gage_fit
+    from fingerdesign.mold.leads import leads_effect
+    from fingerdesign.mold.plan.planning import plan_mold
+    from fingerdesign.mold.ready import placement_with_fixes, sensor_of
+
+    fit = gage_fit(design)
+    placement = placement_with_fixes(design, plan_mold(design))
+    found = sensor_of(
+        design, fit, placement, leads_effect(design, None if fit is None else fit.found)
+    )
+    if found["ready"]:
+        return ""
+    lines = ", ".join(found["fix"])
+    helps = f"add {lines}" if lines else "`fingerdesign mold` says more"
+    return f"As cast it is no sensor yet: {'; '.join(found['reasons'])}. Remedy: {helps}."

@@ -84,6 +84,7 @@ class Callbacks:
     confirm: Confirm  # The whole analysis of a design.
     report: Report = lambda message: None
     improved: Callable[[Candidate], None] = lambda best: None  # Receives each new best finger.
+    unready: Callable[[Design], str] = lambda design: ""  # What a finger lacks as cast.
 
 
 def study_of(space: Space) -> Study:
@@ -365,7 +366,12 @@ class _Run:
         best = min(known, key=lambda each: (len(each.failing), each.hand.order), default=None)
         mold = best is None or castable(best.design)
         found = Found(self.space, self.tried, tuple(self.candidates), best, castable=mold)
-        return found if found.passes else replace(found, conflict=" ".join(conflicts_of(found)))
+        if not found.passes:
+            return replace(found, conflict=" ".join(conflicts_of(found)))
+        if best is None or not mold:
+            return found
+        self.calls.report("what the finger is as cast")
+        return replace(found, unready=self.calls.unready(best.design))
 
 
 def _job(
