@@ -1,8 +1,6 @@
 """``fingerdesign analyse`` and ``grip``: from design files to results and reports."""
 
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -29,7 +27,14 @@ from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import RESULTS
 from fingerdesign.runtime.progress import Progress
-from fingerdesign_cli.inputs import all_sound, estimator_for, read_case, refuse_foreign
+from fingerdesign_cli.inputs import (
+    all_sound,
+    collected,
+    estimator_for,
+    folders_above,
+    read_case,
+    refuse_foreign,
+)
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
     WIDTH,
@@ -164,7 +169,8 @@ def answer_of(case: Case, out: Path, show: Progress, products: Products) -> Resu
         return found
     from fingerdesign.pipeline import analyse_into
 
-    return analyse_into(case, out, show, page, cad, fresh=True)
+    with folders_above(out / case.design.design.name):
+        return analyse_into(case, out, show, page, cad, fresh=True)
 
 
 def _read(designs: tuple[Path, ...], run: Run, out: Path, fresh: bool) -> list[Case]:
@@ -172,19 +178,19 @@ def _read(designs: tuple[Path, ...], run: Run, out: Path, fresh: bool) -> list[C
     wrong: list[DesignError] = []
     cases: list[Case] = []
     scene = None
-    with _collected(wrong):
+    with collected(wrong):
         scene = None if run.scene_file is None else load_scene(run.scene_file)
     for path in designs:
-        with _collected(wrong):
+        with collected(wrong):
             cases.append(run.case(load_design(path), scene))
             if cases[-1].runs_grips:
                 hand, fidelity = cases[-1].design.grip.controller, cases[-1].fidelity
                 estimator_for(cases[-1].design, None, fidelity, [hand])
     for case in cases:
-        with _collected(wrong):
+        with collected(wrong):
             if fresh or not is_cached(case):
                 _refuse_impossible(case)
-        with _collected(wrong):
+        with collected(wrong):
             refuse_foreign(RESULTS, out / case.design.design.name)
     counts = Counter(case.design.design.name for case in cases)
     remedy = "rename: it names the folder"
@@ -213,15 +219,6 @@ def _refuse_impossible(case: Case) -> None:
     from fingerdesign.analysis.forecast.limits import refuse
 
     refuse(case, case.path_scene)
-
-
-@contextmanager
-def _collected(wrong: list[DesignError]) -> Iterator[None]:
-    """Add the block's refusal to the others; each names its own file."""
-    try:
-        yield
-    except DesignError as error:
-        wrong.append(error)
 
 
 def _report(results: list[Result], out: Path, files: list[str]) -> None:

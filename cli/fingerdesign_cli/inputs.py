@@ -43,16 +43,23 @@ def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design
     return found.value, scene.value if scene is not None else None
 
 
+@contextmanager
+def collected(wrong: list[DesignError]) -> Iterator[None]:
+    """Add the block's refusal to the others; each names its own file."""
+    try:
+        yield
+    except DesignError as error:
+        wrong.append(error)
+
+
 def all_sound(*steps: Callable[[], object]) -> None:
     """Take each step. Raises one DesignError with the faults of all."""
-    errors: list[DesignError] = []
+    wrong: list[DesignError] = []
     for step in steps:
-        try:
+        with collected(wrong):
             step()
-        except DesignError as error:
-            errors.append(error)
-    if errors:
-        raise DesignError.together(errors)
+    if wrong:
+        raise DesignError.together(wrong)
 
 
 def judged_scene(name: Path) -> tuple[Judged[Scene] | None, DesignError | None]:

@@ -319,8 +319,13 @@ def test_an_interrupted_search_reports_what_it_has(tmp_path, in_arcs):
 def test_a_search_that_stops_in_a_whole_analysis_does_not_blame_the_hand(tmp_path):
     with pytest.raises(SearchStopped) as stopped:
         searched(tmp_path, lambda design: (_ for _ in ()).throw(KeyboardInterrupt))
-    assert "not yet analysed as a whole: 1" in stopped.value.found.conflict
-    assert "No hand" not in stopped.value.found.conflict
+    found = stopped.value.found
+    assert "not yet analysed as a whole: 1" in found.conflict
+    assert "No hand" not in found.conflict
+    (each,) = found.candidates
+    for short, waits in ((0.03, True), (0.05, False)):  # 0.04 are analysed as a whole
+        near = replace(found, candidates=(replace(each, hand=replace(each.hand, shortfall=short)),))
+        assert ("not yet analysed" in " ".join(conflicts_of(near))) is waits
 
 
 @pytest.mark.parametrize("cast", [True, False])

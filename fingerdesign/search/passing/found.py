@@ -21,6 +21,11 @@ from fingerdesign.search.passing.front import Front, front_of
 from fingerdesign.search.passing.hands import NO_HAND, WIDEST_STEPS, Hand
 from fingerdesign.search.passing.space import Space
 
+# A hand that has half of the room between two meshes (log2(1.06), see shortfall.py) is good enough
+# for a whole analysis: other fingers would take longer to try. So are gages of a round body, which
+# are analysed on tetrahedra already.
+SPARED = 0.04
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -184,7 +189,7 @@ def conflicts_of(found: Found) -> Iterator[str]:
     gripped = len(found.candidates) - on_arc
     if names:
         yield f"On the finger's own mesh these verdicts fail: {', '.join(names)}."
-    elif waiting := sum(each.hand.shortfall == 0.0 for each in found.candidates):
+    elif waiting := sum(each.hand.shortfall <= SPARED for each in found.candidates):
         yield f"Fingers with good gages and a good hand, not yet analysed as a whole: {waiting}."
     elif gripped:
         yield (

@@ -22,6 +22,7 @@ from fingerdesign.records.result import Result
 from fingerdesign.search.optimise.optimise import Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials, refuse_other_file
 from fingerdesign.search.passing.found import (
+    SPARED,
     Candidate,
     Found,
     SearchStopped,
@@ -51,10 +52,6 @@ SWEPT_TRIALS, TETRAHEDRA_TRIALS = 48, 16  # A trial on tetrahedra takes four tim
 _MOST_GRIPPED = 8  # Fingers for which a hand is searched: each takes a minute or two.
 _MOST_CONFIRMED = 4  # Whole analyses, a minute each.
 _LIMIT_S = 900.0  # Of one trial.
-# A hand that has half of the room between two meshes (log2(1.06), see shortfall.py) is good enough
-# for a whole analysis: other fingers would take longer to try. So are gages of a round body, which
-# are analysed on tetrahedra already.
-_SPARED = 0.04
 # A search ends after so many round bodies whose gages fall short, or trials of which none is good,
 # where a plainer finger is searched next.
 _MOST_SHORT, _MOST_POOR = 4, 20
@@ -305,7 +302,7 @@ class _Run:
         self.judged.add(outcome.digest)
         outcome = self.bodies.get(outcome.digest, outcome)
         design = self._design(outcome)
-        if shortfall_of(outcome) > (_SPARED if self.space.arc_first else 0.0) and not whole:
+        if shortfall_of(outcome) > (SPARED if self.space.arc_first else 0.0) and not whole:
             found = Candidate(design, outcome)
             self.candidates.append(found)
             return found
@@ -326,7 +323,7 @@ class _Run:
         design = with_travel(design, outcome, self.freedom.allows)
         found = self._with_hand(design, outcome, own_mesh=False)
         self.candidates.append(found)
-        whole = whole or found.hand.shortfall <= _SPARED
+        whole = whole or found.hand.shortfall <= SPARED
         return self._judge_whole(found) if whole else found
 
     def _judge_whole(self, found: Candidate) -> Candidate:
