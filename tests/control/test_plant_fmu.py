@@ -87,14 +87,14 @@ def test_a_unit_holds_sources_and_the_model_and_fmpy_finds_no_fault(unit, finger
 
 
 @pytest.mark.slow
-def test_ten_thousand_moves_are_the_engines(unit, finger, tmp_path):
+def test_thousands_of_moves_are_the_engines(unit, finger, tmp_path):
     """Forces and gages to 1e-9 of each step's largest, along one path with all kinds of contact."""
     design, problem = finger
     running = Running(unit, tmp_path, friction=FRICTION)
     at_friction = problem.with_friction(FRICTION)
-    worst, kinds = errors(running, at_friction, design.gages.face, 10_000, 0.3)
+    worst, kinds = errors(running, at_friction, design.gages.face, 3_000, 0.3)
     assert worst.max() < 1e-9
-    assert kinds.min() > 100
+    assert kinds.min() > 30
 
 
 def test_moves_in_space_are_the_engines(tmp_path):

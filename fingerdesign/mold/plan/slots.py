@@ -5,6 +5,7 @@ Numbers only; mm.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import cos, degrees, radians, sin
 
 import numpy as np
 
@@ -63,25 +64,18 @@ def turned_bar(frame: PlateFrame, width: float, offset: float) -> PlateFrame:
     """
     radius = frame.bend_radius
     if radius is None:
-        place, y = frame.centre + offset * frame.axis
         angle, length, thickness = frame.angle_deg, width, frame.thickness
+        turn = radians(angle)
+        place, y = frame.place + offset * cos(turn), frame.y + offset * sin(turn)
     else:
         half = 0.5 * width / radius
         outer, inner = radius + 0.5 * frame.thickness, radius - 0.5 * frame.thickness
-        foot = inner * float(np.cos(half))
-        place, y = frame.from_local(offset, 0.5 * (outer + foot) - radius)[0]
-        angle = frame.angle_deg - float(np.degrees(offset / radius))
-        length, thickness = 2.0 * outer * float(np.sin(half)), outer - foot
-    return replace(
-        frame,
-        place=float(place),
-        y=float(y),
-        angle_deg=angle,
-        length=length,
-        thickness=thickness,
-        bend_radius=None,
-        holes=(),
-    )
+        foot = inner * cos(half)
+        place, y = map(float, frame.from_local(offset, 0.5 * (outer + foot) - radius)[0])
+        angle = frame.angle_deg - degrees(offset / radius)
+        length, thickness = 2.0 * outer * sin(half), outer - foot
+    ends = frame.low, frame.high
+    return PlateFrame(frame.index, place, y, angle, length, thickness, *ends, frame.along)
 
 
 def leg_bar(frame: PlateFrame, leg: Leg) -> PlateFrame:
@@ -128,22 +122,27 @@ def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, l
 def ways(slots: Sequence[Slot]) -> tuple[Array, Array]:
     """Unit vectors (n, 2) that legs are pushed along: across each slot toward the contact surface,
     and along it, too; toward -x or -z where it lies level."""
-    angle = np.radians([slot.angle_deg for slot in slots])
-    along = np.column_stack([np.cos(angle), np.sin(angle)])
-    across = np.column_stack([-along[:, 1], along[:, 0]])
-    along[np.sin(angle) <= 1e-9] *= -1.0
-    across[across[:, 1] < -1e-9] *= -1.0
-    return across, along
+    across, along = zip(*map(_way, slots), strict=True)
+    return np.array(across), np.array(along)
+
+
+def _way(slot: Slot) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The two unit vectors of :func:`ways` for one slot."""
+    c, s = cos(radians(slot.angle_deg)), sin(radians(slot.angle_deg))
+    return (s, -c) if c < -1e-9 else (-s, c), (-c, -s) if s <= 1e-9 else (c, s)
 
 
 def moved(slot: Slot, bar: PlateFrame, sign: float) -> Slot:
     """The slot by all of its play to one side of its leg's ``bar``: with -1 the leg, pushed along
     ``ways``, is in its place against a face and an end; with 1 the slot's other ones push it.
     """
-    (across,), (along,) = ways([slot])
-    shift = (slot.width - bar.thickness) * across + (slot.length - bar.length) * along
-    place, y = np.array([bar.place, bar.y]) + 0.5 * sign * shift
-    return replace(slot, place=float(place), y=float(y))
+    across, along = _way(slot)
+    wide, long = 0.5 * sign * (slot.width - bar.thickness), 0.5 * sign * (slot.length - bar.length)
+    place, y = (
+        centre + wide * a + long * b
+        for centre, a, b in zip((bar.place, bar.y), across, along, strict=True)
+    )
+    return replace(slot, place=place, y=y)
 
 
 def as_bar(bar: PlateFrame, slot: Slot) -> PlateFrame:
