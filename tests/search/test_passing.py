@@ -459,8 +459,8 @@ def test_trials_are_fewer_where_they_need_tetrahedra():
 
 COARSE = """[mesh]
 mesher = "sweep"
-layers = 3
-section = { contact_size_mm = 0.1, plate_size_mm = 0.15, plate_end_size_mm = 0.05 }
+layers = 1
+section = { contact_size_mm = 0.1, plate_size_mm = 0.2, plate_end_size_mm = 0.05 }
 """
 
 
