@@ -132,7 +132,10 @@ MADE = {0: 4534, 3: 24645, 5: 9312, 6: 7036, 12: 10441, 13: 6299, 18: 3458, 23: 
         (shipped("narrow", {"plates.model": "sheet"}), "plane-strain"),
         (shipped("homogeneous", COARSE), "3d"),
         (shipped("narrow", COARSE | {"mesh.element": "P2", "plates.span_mm": 6.0}), "3d"),
-        pytest.param(shipped("homogeneous"), "3d", marks=pytest.mark.slow),  # tetrahedra
+        pytest.param(
+            *(shipped("homogeneous", {"mesh.contact_size_mm": 0.6}), "3d"),  # tetrahedra
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=lambda value: value if isinstance(value, str) else value.design.name,
 )
