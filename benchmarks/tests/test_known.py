@@ -26,13 +26,14 @@ CHEAP = (
 )
 # Models of 5 to 33 s that `bench suite` runs. Tested here are one angle of each grid in space and
 # all in plane strain. Gages along z are tested on known fields in tests/fem, and a twist in
-# tests/contact; Hertz in space by two cylinders and a dome; a sphere by Mindlin's loop; Spence, and
+# tests/contact; Hertz in space by two cylinders; a sphere by Mindlin's loop; Spence, and
 # loads together, by a line.
 SUITE_ALONE = {
     "off_centre",
     *("gages_0", "gages_45", "gages_90", "gages_along_z"),
     *("gages_tee_0", "gages_tee_45", "gages_tee_90", "gages_tee_along_z"),
     *("hertz_ball", "hertz_sphere", "lubkin", "measured_ring", "order_sphere", "product_pin"),
+    "product_dome",
     *("together_sphere_below", "together_sphere_beyond", "spence_sphere_45_10"),
     *(f"spence_sphere_30_{each}" for each in (10, 15, 20, 30, 50)),
 }

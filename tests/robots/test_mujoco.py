@@ -125,19 +125,19 @@ def test_the_least_mass_is_that_of_the_formula():
 
 
 @pytest.mark.slow
-def test_a_held_object_keeps_its_energy_for_ten_seconds():
+def test_a_held_object_keeps_its_energy_for_five_seconds():
     """It swings on the pads from rest under gravity; of all energy under 1 % is lost or won."""
     step = 5e-4
     model, coupling = held(bumps(2.0, 5), 0.0, 0.008, 0.008, step)
     data, found, swing = mujoco.MjData(model), [], []
-    for _ in range(20_000):
+    for _ in range(10_000):
         coupling.step(data)
         stored = sum(touch.stored_mJ for touch in coupling.touches)
         mujoco.mj_energyPos(model, data)
         mujoco.mj_energyVel(model, data)
         found.append(stored + coupling.dissipated_mJ + 1e3 * float(data.energy.sum()))
         swing.append(data.qpos[2])
-    mean = np.reshape(found, (20, -1)).mean(axis=1)  # a swing's ripple is the step's, not a drift
+    mean = np.reshape(found, (10, -1)).mean(axis=1)  # a swing's ripple is the step's, not a drift
     assert np.ptp(mean) < 0.01 * mean.mean()
     assert np.ptp(swing[-1000:]) > 1e-6  # it still swings
 

@@ -218,17 +218,16 @@ def castable(design: Design) -> bool:
 
 def unready(design: Design) -> str:
     """Why a finger that can be cast is no sensor then, as ``fingerdesign mold`` judges it, and the
-    lines of a design that mend it; "" where it is ready."""
+    lines of a design that mend it; "" where it is ready. What its leads do is left to ``mold``: two
+    models more in 3-D."""
     from fingerdesign.layout.fitting import gage_fit
-    from fingerdesign.mold.leads import leads_effect
     from fingerdesign.mold.plan.planning import plan_mold
     from fingerdesign.mold.ready import placement_with_fixes, sensor_of
 
     fit = gage_fit(design)
     placement = placement_with_fixes(design, plan_mold(design))
-    found = sensor_of(
-        design, fit, placement, leads_effect(design, None if fit is None else fit.found)
-    )
+    no_effect = {"reason": None, "reading_error": 0.0}
+    found = sensor_of(design, fit, placement, no_effect)
     if found["ready"]:
         return ""
     lines = ", ".join(found["fix"])
