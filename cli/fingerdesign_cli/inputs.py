@@ -103,11 +103,7 @@ def estimator_for(
     """
     if path is None:
         if any(map(needs_training, hands)):
-            from fingerdesign.sensing.train.ready import grip_fidelity, unused_estimator
-
-            note = unused_estimator(design, fidelity and grip_fidelity(fidelity))
-            if note and not quiet():
-                click.echo(note, err=True)
+            _say_unused(design, fidelity)
         return None
     from fingerdesign.sensing.train.ready import adopted_estimator
     from fingerdesign.sensing.train.result import estimator_faults
@@ -124,6 +120,15 @@ def estimator_for(
     if faults := estimator_faults(design, estimator, fidelity):
         raise DesignError(faults, str(path))
     return estimator
+
+
+def _say_unused(design: Design, fidelity: str | None) -> None:
+    """Report that the estimator which ships under the design's name is not used, if so."""
+    from fingerdesign.sensing.train.ready import grip_fidelity, unused_estimator
+
+    note = unused_estimator(design, fidelity and grip_fidelity(fidelity))
+    if note and not quiet():
+        click.echo(note, err=True)
 
 
 @contextmanager

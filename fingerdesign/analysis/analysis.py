@@ -156,11 +156,15 @@ def of_choices(case: Case, scene: Scene) -> Facts:
         found["read_as_forces"] = {}
     if case.fidelity == "finite" and (note := pressure_note(design, scene)):
         found["near_dead_pressure"] = {"note": note}
-    if case.estimator is not None and (trained_on := case.estimator.adopted_from):
-        found["other_estimator"] = {"trained_on": trained_on}
     if words := misfit_words(design):
         found["gage_does_not_fit"] = {"words": words}
-    return found
+    return found | _of_estimator(case)
+
+
+def _of_estimator(case: Case) -> Facts:
+    """That the grips use an estimator which was trained on another finger."""
+    trained_on = "" if case.estimator is None else case.estimator.adopted_from
+    return {"other_estimator": {"trained_on": trained_on}} if trained_on else {}
 
 
 def _of_section(design: Design) -> Facts:

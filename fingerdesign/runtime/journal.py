@@ -57,7 +57,9 @@ class Journal:
 
     def __init__(self, path: Path, kind: str, identity: str | None) -> None:
         self.path = path
-        self._about = {"format": str(FORMAT), "kind": kind, "identity": identity}
+        self._about = {"format": str(FORMAT), "kind": kind}
+        if identity is not None:
+            self._about["identity"] = identity
         self._base: sqlite3.Connection | None = None
         self._found: dict[str, Any] = {}
         if path.exists():
@@ -137,8 +139,8 @@ class Journal:
             about = dict(base.execute("select key, value from about"))
             if any(about.get(key) != self._about[key] for key in ("format", "kind")):
                 raise JournalError(what)
-            own = self._about["identity"]
-            if about["identity"] != own and own is not None:  # KeyError: it is not whole
+            own = about["identity"]  # KeyError: it is not whole
+            if self._about.get("identity", own) != own:
                 other = f"{self.path} is of another design, setting or version; {remedy}"
                 raise JournalError(other)
             rows = base.execute("select key, record from records order by rowid").fetchall()

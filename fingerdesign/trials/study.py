@@ -6,7 +6,7 @@ found.summary("paper", noise=0.5).success.rate
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -296,6 +296,20 @@ def _preload_force(bench: GripBench) -> float:
     return float(np.interp(share, np.linspace(0.0, 1.0, len(forces)), forces))
 
 
+def _warnings_of_estimator(bench: GripBench, known: GripEstimator) -> Iterator[str]:
+    """What the estimator does not know of this grid's lifts."""
+    labels = () if bench.grid.perturbed is None else bench.grid.perturbed.labels
+    turns = any("off_centre" in faults_of(label) for label in labels)
+    measured = bench.grip.hardware.torque_noise_Nmm is not None
+    if turns and measured and not known.curves.turn_radius.any():
+        yield (
+            "the cell measures torque, and the estimator knows no turn radius: it takes an object "
+            "that turns for one that slips; train it again by fingerdesign train --fidelity 3d"
+        )
+    if known.adopted_from:
+        yield f"the estimator is that of {known.adopted_from}, another finger"
+
+
 def warnings_of(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
     """List what keeps any controller from success on this grid, and grips that failed."""
     found = []
@@ -315,16 +329,7 @@ def warnings_of(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
             f"grip.preload_mm = {bench.bounds.preload:g} presses with {preload:.2f} N already: "
             "nothing can lift it without crushing"
         )
-    labels = () if grid.perturbed is None else grid.perturbed.labels
-    turns = any("off_centre" in faults_of(label) for label in labels)
-    measured, known = bench.grip.hardware.torque_noise_Nmm is not None, bench.estimator
-    if turns and measured and known is not None and not known.curves.turn_radius.any():
-        found.append(
-            "the cell measures torque, and the estimator knows no turn radius: it takes an object "
-            "that turns for one that slips; train it again by fingerdesign train --fidelity 3d"
-        )
-    if known is not None and known.adopted_from:
-        found.append(f"the estimator is that of {known.adopted_from}, another finger")
+    found += [] if bench.estimator is None else _warnings_of_estimator(bench, bench.estimator)
     failed = [each.result for each in trials if each.result.outcome == "failed"]
     if failed:
         found.append(
