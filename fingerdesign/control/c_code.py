@@ -41,7 +41,6 @@ def constants(estimator: GripEstimator, grip: Grip) -> dict[str, float]:
     found["LEAST_FRICTION"], found["MOST_FRICTION"] = found["FRICTION"]
     found["APPROACH_STEP"], found["SHEAR_STEP"] = grip.approach_step_mm, grip.shear_step_mm
     found["OUTLIER"], found["LOG_NOISE"] = OUTLIER, math.log(estimator.noise + 0.1)
-    found["DEAD"] = float(estimator.band.dead)
     found["NOTHING"] += found["LOUDEST"] * estimator.noise
     return {name: each for name, each in found.items() if isinstance(each, float)}
 

@@ -14,8 +14,9 @@ Its file holds weights as 16-bit integers, one scale an output:
 
     w = scale q,   scale = max |w| / 32767,   |error| <= scale / 2
 
-The features of a gage that is dead are left out: the network takes the mean of its training. But
-the last of them is an outlier, ``dead``, so that the network knows.
+The features of a gage that is dead are, in standard deviations, half the sum of its neighbours' in
+the readings; a neighbour that is missing or dead counts as 0, the mean of the training. Of 300
+lifts of film_tees with all faults 289 are good so, and 276 where 0 stands for the dead gage.
 """
 
 from __future__ import annotations
@@ -30,7 +31,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.features import LAGS, FingerCurves, Moment, feature_count, features
+from fingerdesign.control.features import (
+    LAGS,
+    FingerCurves,
+    Moment,
+    feature_count,
+    features,
+    gages_of,
+    readings_at,
+)
 from fingerdesign.control.former_estimator import (
     AGAIN,
     NAME,
@@ -92,8 +101,7 @@ class Band:
 
     Rectified linear layers on features less ``center``, over ``scale`` (features,). spread (k, 2):
     upper edges of the predicted error, rising, and the standard deviation of the
-    utilisation below each. dead: what stands, in standard deviations, for a feature that is
-    infinite; 0 of a network that was not trained with it.
+    utilisation below each.
     """
 
     most_noise: float
@@ -101,12 +109,11 @@ class Band:
     scale: Array
     layers: tuple[Layer, ...]
     spread: Array
-    dead: float = OUTLIER
 
     def evaluate(self, rows: Array) -> Array:
         """Raw outputs (n, 3), stick ratio, utilisation and its predicted error, of features
-        (n, f); NaN: one left out."""
-        return outputs_of(self.layers, standardised(rows, self.center, self.scale, self.dead))
+        (n, f); NaN: of a dead gage."""
+        return outputs_of(self.layers, standardised(rows, self.center, self.scale))
 
 
 @dataclass(frozen=True)
@@ -164,7 +171,6 @@ class GripEstimator:
                     "scale": _plain(band.scale),
                     "layers": [_layer_data(each) for each in band.layers],
                     "spread": _plain(band.spread),
-                    "dead": band.dead,
                 }
                 for band in self.bands
             ],
@@ -243,8 +249,6 @@ def _band_fault(band: Band, features: int) -> str:
         return "a network's numbers do not fit single precision"
     if band.spread.ndim != 2 or band.spread.shape[1] != 2 or not (band.spread > 0.0).all():
         return "a spread is not a table of two columns above 0"
-    if not 0.0 <= band.dead <= OUTLIER:
-        return f"the mark of a dead gage is not from 0 to {OUTLIER:g}"
     outputs = band.evaluate(np.zeros((1, features)))
     return "" if outputs.shape == (1, 3) else "a network does not give three numbers"
 
@@ -267,7 +271,6 @@ def _band(record: dict[str, Any]) -> Band:
         _array(record["scale"]),
         tuple(Layer(_weight(each), _array(each["bias"])) for each in record["layers"]),
         _array(record["spread"]),
-        float(record["dead"]),
     )
 
 
@@ -303,11 +306,18 @@ def outputs_of(layers: Sequence[Layer], rows: ArrayLike) -> Array:
     return np.asarray(values @ layers[-1].weight + layers[-1].bias)
 
 
-def standardised(rows: Array, center: Array, scale: Array, dead: float = OUTLIER) -> Array:
-    """Rows (n, f) in standard deviations, held within the outliers' bound; 0 where one is NaN,
-    ``dead`` where one is infinite."""
+def standardised(rows: Array, center: Array, scale: Array) -> Array:
+    """Rows (n, f) of features in standard deviations, held within the outliers' bound; NaN, of a
+    dead gage, is half the sum of its living neighbours."""
     values = np.clip((rows - center) / scale, -OUTLIER, OUTLIER)
-    return np.where(np.isnan(values), 0.0, np.where(np.isinf(rows), dead, values))
+    if not np.isnan(values).any():
+        return values
+    gages = gages_of(values.shape[1])
+    for first in readings_at(gages):
+        own = values[:, first : first + gages]
+        near = np.pad(np.nan_to_num(own), ((0, 0), (1, 1)))
+        own[:] = np.where(np.isnan(own), 0.5 * (near[:, :-2] + near[:, 2:]), own)
+    return values
 
 
 def _array(values: Any) -> Array:

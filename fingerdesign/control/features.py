@@ -22,7 +22,8 @@ stiffness enters what is expected of the moves, and is a feature of its own: at 
 the object slips the sooner, the less is left.
 
 A gage that has fallen silent, whose cable has come off, say, gives no information on its past
-either: its features are left out, and the last of them says so. It counts as dead until it answers.
+either: its features are NaN, and its neighbours stand in for it (estimator.py). It counts as dead
+until it answers.
 """
 
 from __future__ import annotations
@@ -141,6 +142,11 @@ def feature_count(gages: int) -> int:
     return 2 * gages + 5 + (len(LAGS) + 1) * (gages + 7)
 
 
+def gages_of(count: int) -> int:
+    """Number of gages whose features are ``count``."""
+    return (count - feature_count(0)) // (feature_count(1) - feature_count(0))
+
+
 def readings_at(gages: int) -> list[int]:
     """Places at which ``gages`` features of a kind begin that are the gages' own."""
     changes = [gages + 5 + k * (gages + 7) for k in range(len(LAGS) + 1)]
@@ -149,12 +155,11 @@ def readings_at(gages: int) -> list[int]:
 
 def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
     """Features (f,) of the last moment: the present, the changes over the last steps and since the
-    first pull, the touch. NaN: of gages that are dead; their touch: infinite."""
+    first pull, the touch. NaN: of gages that are dead."""
     now = history[-1].sample
     pressed = max(now.normal_force, LEAST_FORCE)
     scale, alone = _scale(curves, pressed)
-    dead = _dead(history, curves, noise)
-    known = np.where(dead, np.nan, 1.0)
+    known = np.where(_dead(history, curves, noise), np.nan, 1.0)
     last, start = len(history) - 1, _before_pull(history)
     touch = history[start].sample
     before = max(touch.normal_force, LEAST_FORCE)
@@ -169,7 +174,7 @@ def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> A
             for first in (*(max(last - lag, 0) for lag in LAGS), start)
         ),
         # How the object lies, leans and bends: what a plane would not cause.
-        np.where(dead, np.inf, (touch.readings - alone_then) / (scale_then * before)),
+        known * (touch.readings - alone_then) / (scale_then * before),
     ]
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 

@@ -7,7 +7,7 @@ A network goes on as it is: features that it was not trained on get the weight 0
     3       the largest F_t / F_n so far, changes since the first pull  yes
     4       a predicted error of the utilisation                        yes
     5       the share of the stiffness that a turn leaves               yes, without a turn radius
-    6       a mark of gages that are dead                               yes, without the mark
+    6       training with neighbours, or a mark, for gages that died    yes, without that training
 
 In format 4 and before, the standard deviation is known by the utilisation itself, so that is copied
 as the third output.
@@ -54,8 +54,6 @@ def present_record(record: dict[str, Any]) -> dict[str, Any]:
         bands = [_with_turn(band, gages) for band in bands]
         unknown = [0.0] * len(record["curves"]["approach_mm"])
         record = record | {"curves": record["curves"] | {"turn_radius_mm": unknown}}
-    if int(number) < PRESENT:
-        bands = [band | {"dead": 0.0} for band in bands]
     return record | {"format": f"{NAME}{PRESENT}", "bands": bands}
 
 

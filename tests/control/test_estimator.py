@@ -15,7 +15,14 @@ from fingerdesign.control.controllers.friction_belief import (
     FrictionBelief,
 )
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
-from fingerdesign.control.estimator import Band, Estimated, EstimatorError, GripEstimator, Layer
+from fingerdesign.control.estimator import (
+    OUTLIER,
+    Band,
+    Estimated,
+    EstimatorError,
+    GripEstimator,
+    Layer,
+)
 from fingerdesign.control.features import (
     LAGS,
     FingerCurves,
@@ -186,9 +193,9 @@ def test_features_are_of_the_touch_the_lags_and_the_way_since_the_pull():
     assert not changed[: -2 * GAGES - 7].any()
 
 
-def test_a_gage_that_falls_silent_is_left_out_of_all_features():
-    """From its third sample on, unless a press would hardly strain it; what others say stays. A
-    network takes the mean for what is left out, and an outlier for the last of it."""
+def test_neighbours_stand_in_for_a_gage_that_falls_silent():
+    """From its third sample on, unless a press would hardly strain it; what others say stays. The
+    last gage, which is silent too, would hardly be strained."""
     strong = replace(CURVES, pressed=CURVES.pressed * [100.0, 100.0, 10.0])
 
     def spoken(silent):
@@ -198,19 +205,38 @@ def test_a_gage_that_falls_silent_is_left_out_of_all_features():
         ]
 
     whole, soon, found = (features(spoken(silent), strong, 0.5) for silent in (5, 3, 2))
-    unknown = np.isnan(found)
     assert np.isfinite([whole, soon]).all()
-    *before, touch = (at + 1 for at in readings_at(GAGES))
-    assert list(np.flatnonzero(unknown)) == before
-    assert list(np.flatnonzero(np.isposinf(found))) == [touch]
-    first = [at for at in range(len(found)) if at not in np.add.outer(readings_at(GAGES), (1, 2))]
+    places = np.array(readings_at(GAGES))
+    assert list(np.flatnonzero(np.isnan(found))) == list(places + 1)
+    first = [at for at in range(len(found)) if at not in np.add.outer(places, (1, 2))]
     assert np.array_equal(found[first], whole[first])
-    band = replace(estimator().band, center=np.arange(len(found)) / 10.0)
-    for mark in (0.0, 5.0):
-        mean = np.where(unknown, band.center, found)
-        mean[touch] = band.center[touch] + mark * band.scale[touch]
-        own = replace(band, dead=mark)
-        assert own.evaluate(found[None]) == pytest.approx(band.evaluate(mean[None]))
+    band = replace(
+        estimator().band, center=np.arange(len(found)) / 10.0, scale=np.arange(len(found)) + 1.0
+    )
+    stated = np.clip((found - band.center) / band.scale, -OUTLIER, OUTLIER)
+
+    def stood_in(gage, deviations):
+        filled = found.copy()
+        filled[places + gage] = (band.center + deviations * band.scale)[places + gage]
+        return filled
+
+    def shifted(gage):
+        return np.roll(stated, -gage)  # of the next gage, at a gage's own place
+
+    found = stood_in(1, 0.5 * (shifted(1) + shifted(-1)))
+    for own in (found, np.where(np.isin(range(len(found)), places + 1), np.nan, found)):
+        assert band.evaluate(own[None]) == pytest.approx(band.evaluate(found[None]))
+
+
+def test_a_dead_neighbour_counts_as_the_mean_of_the_training():
+    band, places = estimator().band, np.array(readings_at(GAGES))
+    rows = np.random.default_rng(1).standard_normal((3, len(band.center)))
+    rows = band.center + rows * band.scale
+    filled, rows[:, places], rows[:, places + 1] = rows.copy(), np.nan, np.nan
+    filled[:, places] = band.center[places]
+    last = (filled[:, places + 2] - band.center[places + 2]) / band.scale[places + 2]
+    filled[:, places + 1] = band.center[places + 1] + 0.5 * last * band.scale[places + 1]
+    assert band.evaluate(rows) == pytest.approx(band.evaluate(filled))
 
 
 def test_a_gage_that_is_dead_stays_so_until_it_answers():
@@ -222,7 +248,7 @@ def test_a_gage_that_is_dead_stays_so_until_it_answers():
     def dead(*readings, forces):
         pairs = zip(readings, forces, strict=True)
         history = [moment(force, 0.1, readings=[110.0, one, 100.0]) for one, force in pairs]
-        return np.isinf(features(history, crossing, 0.5)).any()
+        return np.isnan(features(history, crossing, 0.5)).any()
 
     late = 1.0, 1.0, 1.0, 2.0
     assert dead(1.0, 1.0, 1.0, 1.0, forces=late)

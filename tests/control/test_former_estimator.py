@@ -40,7 +40,6 @@ def test_a_former_file_answers_as_its_own_version_did(number):
             for steps in (1, 4, 9, 20):
                 reported = estimator.at_noise(noise).estimate(history[:steps])
                 found.append([reported.stick_ratio, reported.friction_utilisation, reported.std])
-    assert {band.dead for band in estimator.bands} == {0.0}
     answers = np.array(json.loads((FORMER / f"answers_{number}.json").read_text("utf-8")))
     assert answers.std(axis=0).min() > 0.01  # they tell something
     np.testing.assert_allclose(found, answers, rtol=0.0, atol=1e-9)

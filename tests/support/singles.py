@@ -104,10 +104,10 @@ class SingleRegulator:
             largest = abs(S([each[0] for each in self.history[-SILENT:]])).max(axis=0)
             self.dead |= abs(alone) > n.HEARD * n.NOTHING
             self.dead &= largest < n.NOTHING
-        dead = np.flatnonzero(self.dead)
-        *before, touch = readings_at(len(alone))
-        values[np.add.outer(before, dead)] = 0.0
-        values[touch + dead] = self.band.dead
+        for gage in np.flatnonzero(self.dead):
+            near = [k for k in (gage - 1, gage + 1) if 0 <= k < len(alone) and not self.dead[k]]
+            for first in readings_at(len(alone)):
+                values[first + gage] = S(0.5) * sum((values[first + k] for k in near), ZERO)
         outputs = self.evaluated(values)
         edges, std = S(self.band.spread).T
         stick, used = (min(max(each, ZERO), S(1.0)) for each in outputs[:2])

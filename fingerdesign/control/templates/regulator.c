@@ -208,8 +208,14 @@ static estimate estimated(regulator *r) {
         values[i] = smaller(larger((values[i] - CENTER[i]) / SCALE[i], -OUTLIER), OUTLIER);
     for (k = 0; k < COUNT(READINGS_AT); k++)
         for (i = 0; i < GAGES; i++)
-            if (r->dead[i])
-                values[READINGS_AT[k] + i] = k == COUNT(READINGS_AT) - 1 ? DEAD : 0.0f;
+            if (r->dead[i]) {
+                float *own = values + READINGS_AT[k] + i, sum = 0.0f;
+                if (i > 0 && !r->dead[i - 1])
+                    sum = own[-1];
+                if (i + 1 < GAGES && !r->dead[i + 1])
+                    sum += own[1];
+                *own = 0.5f * sum;
+            }
     for (n = 0; n < COUNT(LAYERS); n++) {
         const layer *l = LAYERS + n;
         for (o = 0; o + LANES <= l->outputs; o += LANES)
