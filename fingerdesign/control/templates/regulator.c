@@ -206,16 +206,15 @@ static estimate estimated(regulator *r) {
     features(r, values);
     for (i = 0; i < FEATURES; i++)
         values[i] = smaller(larger((values[i] - CENTER[i]) / SCALE[i], -OUTLIER), OUTLIER);
-    for (k = 0; k < COUNT(READINGS_AT); k++)
+    for (k = 0; k < COUNT(READINGS_AT); k++) {
+        float *own = values + READINGS_AT[k];
         for (i = 0; i < GAGES; i++)
-            if (r->dead[i]) {
-                float *own = values + READINGS_AT[k] + i, sum = 0.0f;
-                if (i > 0 && !r->dead[i - 1])
-                    sum = own[-1];
-                if (i + 1 < GAGES && !r->dead[i + 1])
-                    sum += own[1];
-                *own = 0.5f * sum;
-            }
+            if (r->dead[i])
+                own[i] = 0.0f;
+        for (i = 1; i < GAGES; i++) /* half of each living neighbour */
+            if (r->dead[i] != r->dead[i - 1])
+                own[i - 1 + r->dead[i]] += 0.5f * own[i - r->dead[i]];
+    }
     for (n = 0; n < COUNT(LAYERS); n++) {
         const layer *l = LAYERS + n;
         for (o = 0; o + LANES <= l->outputs; o += LANES)
