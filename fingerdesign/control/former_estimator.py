@@ -7,7 +7,7 @@ A network goes on as it is: features that it was not trained on get the weight 0
     3       the largest F_t / F_n so far, changes since the first pull  yes
     4       a predicted error of the utilisation                        yes
     5       the share of the stiffness that a turn leaves               yes, without a turn radius
-    6       training with neighbours, or a mark, for gages that died    yes, without that training
+    6       a mark of gages that are dead, which is not used any more   yes
 
 In format 4 and before, the standard deviation is known by the utilisation itself, so that is copied
 as the third output.

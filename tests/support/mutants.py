@@ -553,6 +553,16 @@ fingerdesign/control/features.py | tests/control/test_estimator.py
 - dead[gage] = np.abs(alone).max() > _HEARD * nothing
 + dead[gage] = np.abs(alone[-1]) > _HEARD * nothing
 
+estimator: one neighbour stands in for a dead gage
+fingerdesign/control/estimator.py | tests/control/test_estimator.py
+- 0.5 * (near[:, :-2] + near[:, 2:])
++ near[:, 2:]
+
+estimator: a neighbour that is dead too stands in, in C
+fingerdesign/control/templates/regulator.c | tests/control/test_c_code.py
+- if (r->dead[i] != r->dead[i - 1])
++ if (r->dead[i] || r->dead[i - 1])
+
 turning: half a finger does
 fingerdesign/analysis/case.py | tests/control/test_turning_lift.py
 - return centred and mirrors_in_z(self.design) and self.path_scene.mirrors_in_z
