@@ -289,6 +289,19 @@ def test_a_finger_that_is_no_sensor_as_cast_is_reported_with_the_remedy(tmp_path
     assert words in search_passing(narrow, Freedom(), tmp_path / "t.jsonl", calls).note
 
 
+def test_a_search_that_stops_in_the_last_step_has_its_finger(tmp_path, plane_strain):
+    def interrupted(design):
+        raise KeyboardInterrupt
+
+    good = judged(plane_strain.result, 2.0)
+    calls = Callbacks(Bench(), lambda design: good, unready=interrupted)
+    with pytest.raises(SearchStopped) as stopped:
+        search_passing(load_design("maeno2000"), Freedom(), tmp_path / "t.jsonl", calls)
+    found = stopped.value.found
+    assert found.passes
+    assert "A finger passes." in found.conflict
+
+
 @pytest.mark.parametrize("in_arcs", [False, True])
 def test_an_interrupted_search_reports_what_it_has(tmp_path, in_arcs):
     """Ctrl-C in the second batch of pins, or before the first trial of the arc that replaces it."""

@@ -334,6 +334,7 @@ def worker(tmp_path_factory):
     folder = tmp_path_factory.mktemp("worker")
     (folder / "many.toml").write_text(STUDY)
     (folder / "scheduler.json").write_text("{")
+    (folder / "foreign.json").write_text('{"address": "nowhere"}')
     with Worker(folder=folder) as worker:
         yield worker
 
@@ -346,8 +347,9 @@ def worker(tmp_path_factory):
         ("nonsense://x", 2, "--scheduler = nonsense://x: must be an address"),
         ("scheduler.json", 2, "must be a file that a Dask scheduler"),
         ("nosuch", 2, "--scheduler = nosuch: must be an address"),
+        ("foreign.json", 2, "--scheduler = nowhere: must be an address"),
     ],
-    ids=range(5),
+    ids=range(6),
 )
 def test_no_scheduler_is_an_error(worker, address, code, stated):
     """Bytes: what somebody else answers there."""

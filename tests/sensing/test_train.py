@@ -163,8 +163,8 @@ def interrupted_after(fingers):
 def test_an_interrupted_training_goes_on_and_is_that_of_any_workers(cache_in, tmp_path):
     keys = {"training_fingers": 4, "training_grips": 50}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
-    design = with_values(load_design("sensitive"), values | COARSE | {"grip.max_steps": 20})
-    with epochs(4):
+    design = with_values(load_design("sensitive"), values | COARSE | {"grip.max_steps": 40})
+    with epochs(8):
         cache_in(tmp_path / "2")
         two = training.training_result_for(design, workers=2)
         cache_in(tmp_path / "1")

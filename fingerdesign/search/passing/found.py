@@ -131,7 +131,8 @@ class SearchStopped(KeyboardInterrupt):
     def __init__(self, found: Found) -> None:
         super().__init__()
         count = len(found.tried)
-        why = found.conflict or "Until then no goal excluded another: the search can go on."
+        goes_on = "Until then no goal excluded another: the search can go on."
+        why = found.conflict or ("A finger passes." if found.passes else goes_on)
         words = [f"Stopped after {count} trials.", *([why] if count else ())]
         self.found = replace(found, conflict=" ".join(words))
 

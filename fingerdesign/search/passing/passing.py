@@ -179,9 +179,9 @@ class _Run:
             passed = self._passed(most)
             if self.last and not (passed or any(each.result for each in self.candidates)):
                 self._judge_nearest()
+            return self._as_cast(self._ended())
         except KeyboardInterrupt as stopped:
             raise SearchStopped(self._ended()) from stopped
-        return self._ended()
 
     def _passed(self, most: int) -> bool:
         """Make trials until a finger passes: True; or until there are ``most``: False."""
@@ -363,12 +363,14 @@ class _Run:
         best = min(known, key=lambda each: (len(each.failing), each.hand.order), default=None)
         mold = best is None or castable(best.design)
         found = Found(self.space, self.tried, tuple(self.candidates), best, castable=mold)
-        if not found.passes:
-            return replace(found, conflict=" ".join(conflicts_of(found)))
-        if best is None or not mold:
+        return found if found.passes else replace(found, conflict=" ".join(conflicts_of(found)))
+
+    def _as_cast(self, found: Found) -> Found:
+        """The result with what its finger lacks as cast, where it passes."""
+        if found.best is None or not (found.passes and found.castable):
             return found
         self.calls.report("what the finger is as cast")
-        return replace(found, unready=self.calls.unready(best.design))
+        return replace(found, unready=self.calls.unready(found.best.design))
 
 
 def _job(

@@ -304,19 +304,24 @@ def _refuse_without_certificate(address: str) -> None:
 def _address(scheduler: str) -> str:
     """The address itself, or the one in a file that the scheduler wrote. Raises DesignError."""
     if not os.path.isfile(scheduler):
-        try:
-            whole = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
-            if whole.hostname and whole.port and whole.scheme in ("tcp", "tls"):
-                return scheduler
-        except ValueError:  # the port is no number, or too large
-            pass
-        raise DesignError([Fault("--scheduler", scheduler, _LIKE, "correct it")])
+        return _sound(scheduler)
     try:
-        return str(json.loads(Path(scheduler).read_text(encoding="utf-8"))["address"])
+        return _sound(str(json.loads(Path(scheduler).read_text(encoding="utf-8"))["address"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         remedy = "wait until it is written, or give the address"
         fault = Fault("--scheduler", scheduler, "a file that a Dask scheduler wrote", remedy)
         raise DesignError([fault]) from error
+
+
+def _sound(address: str) -> str:
+    """The address. Raises DesignError where it is like none."""
+    try:
+        whole = urlsplit(address if "://" in address else f"tcp://{address}")
+        if whole.hostname and whole.port and whole.scheme in ("tcp", "tls"):
+            return address
+    except ValueError:  # the port is no number, or too large
+        pass
+    raise DesignError([Fault("--scheduler", address, _LIKE, "correct it")])
 
 
 @contextlib.contextmanager

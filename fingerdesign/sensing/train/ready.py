@@ -45,8 +45,7 @@ def adopted_estimator(design: Design, name: str) -> GripEstimator | None:
 
     A rig measures its own finger, so the estimator serves fingers near to its own: that of
     film_tees lifted 48 of 48 objects with a finger that a search found from it (half of the
-    travel, another pitch, 43 degrees) at a margin of 1.31, and 36 of 48 with all faults. With
-    film_tees itself it is 100 and 90 %.
+    travel, another pitch, 43 degrees) at a margin of 1.31. With several faults it lifts less.
     """
     if (text := estimator_texts().get(name)) is None:
         return None
