@@ -131,10 +131,9 @@ class SearchStopped(KeyboardInterrupt):
     def __init__(self, found: Found) -> None:
         super().__init__()
         count = len(found.tried)
-        goes_on = "Until then no goal excluded another: the search can go on."
-        why = found.conflict or ("A finger passes." if found.passes else goes_on)
+        why = found.conflict or "Until then no goal excluded another: the search can go on."
         words = [f"Stopped after {count} trials.", *([why] if count else ())]
-        self.found = replace(found, conflict=" ".join(words))
+        self.found = found if found.passes else replace(found, conflict=" ".join(words))
 
 
 def shortfall_of(outcome: Outcome) -> float:
