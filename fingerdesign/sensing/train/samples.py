@@ -64,9 +64,10 @@ def sample_grips(
 
 
 def _with_failing_gage(grip: RandomGripPath, rng: np.random.Generator) -> RandomGripPath:
-    """The same grip; from some moment on one of the gages reads 0."""
+    """The same grip; from some moment on one of the gages reads 0. Half of them fail in the first
+    quarter of the grip, for a gage that is dead in the first pull misleads a hand most."""
     gages = len(grip.moments[0].sample.readings)
-    one, since = rng.integers(gages), rng.integers(len(grip.moments))
+    one, since = rng.integers(gages), int(len(grip.moments) * rng.uniform() ** 2)
     alive = np.arange(gages) != one
     dead = (
         replace(each, sample=replace(each.sample, readings=alive * each.sample.readings))
