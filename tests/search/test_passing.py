@@ -1,5 +1,6 @@
 """The search from a design for one that passes: the order of its work, and what it reports."""
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -360,6 +361,11 @@ def test_fingers_that_can_be_cast_come_first(tmp_path, plane_strain, cast):
     assert castable(confirmed[0]) == found.castable == cast
     assert confirmed[0].plates.cover_mm == (0.4 if cast else 0.25)
     assert ("No mold" in passing_page(load_design("narrow"), found)) != cast
+    # A block had no arc, whatever the default of the key is.
+    row = re.compile(r"<tr>(?:(?!<tr>).)*arc_radius_mm.*?</tr>", re.S)
+    pages = [passing_page(load_design(name), found) for name in ("block", "maeno2000")]
+    arcs = [re.findall(r">([^<>]+)<", row.search(page)[0])[1] for page in pages]
+    assert arcs == ["–", "50"]
 
 
 def test_a_core_is_given_up_where_no_gages_are_good_with_it(tmp_path, plane_strain):

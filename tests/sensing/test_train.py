@@ -21,6 +21,7 @@ from fingerdesign.sensing.train import result as training
 from fingerdesign.sensing.train.estimator import BANDS, NOISES, train_estimator
 from fingerdesign.sensing.train.paths import FRICTIONS, Settings, random_grip_paths
 from fingerdesign.sensing.train.policy import policy_grips
+from fingerdesign.sensing.train.samples import _with_failing_gage as failing
 from fingerdesign.sensing.train.samples import finger_curves, sample, sample_grips
 
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
@@ -77,6 +78,29 @@ def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
     assert quiet.shape == (len(truths), feature_count(3))
     assert np.array_equal(truths, same)
     assert np.abs(loud[:, :3] - quiet[:, :3]).mean() > 0.0
+
+
+def test_samples_are_the_same_in_any_number_of_processes(problem, grips):
+    curves = finger_curves(problem, "upper", BOUNDS)
+    twice = replace(SETTINGS, replicates=2)
+    alone, shared = (sample_grips(grips, curves, twice, (0.5, 1.0), each) for each in (1, 2))
+    for one, other in zip(alone, shared, strict=True):
+        assert np.array_equal(one, other, equal_nan=True)
+    some = sample_grips(grips[:2], curves, twice, (0.5, 1.0))[0]
+    assert np.array_equal(some, alone[0][: len(some)], equal_nan=True)  # whatever others there are
+    half = len(some) // 2
+    assert not np.array_equal(some[:half], some[half:], equal_nan=True)
+
+
+def test_gages_that_fail_do_so_early(grips):
+    long = max(grips, key=lambda each: len(each.moments))
+    rng, count = np.random.default_rng(0), len(long.moments)
+    since = []
+    for _ in range(300):
+        silent = [not each.sample.readings.all() for each in failing(long, rng).moments]
+        assert silent == sorted(silent)
+        since.append(silent.index(True) / count)
+    assert np.median(since) == pytest.approx(0.25, abs=0.08)
 
 
 def test_samples_of_smooth_objects_weigh_more(problem, grips):

@@ -23,6 +23,7 @@ from fingerdesign.search.study.metrics import METRICS
 
 # Metrics that a user may miss after a search for verdicts.
 _GIVEN_UP = ("plates", "stiffness_N_per_mm", "peak_pressure_MPa", "rubber_volume_ml")
+_ARC = "body.arc_radius_mm"
 
 LACKS = """A hand's shortfall is 0 if it lifts at every friction with a force between the limits. A
 lift that fails adds 1 to 2; a force that is twice beyond a limit adds 1."""
@@ -41,7 +42,10 @@ def passing_page(design: Design, found: Found) -> str:
     items = [*charts, *_tables(found)]
     sections = [Section("search", "The search", items)] if items else []
     if best is not None:
-        changed = _changed(changes_between(design, best.design))
+        changes = changes_between(design, best.design)
+        if _ARC in changes and design.body.shape in ("block", "step"):
+            changes[_ARC] = None, changes[_ARC][1]  # It had no arc.
+        changed = _changed(changes)
         *lost, others = _given_up(found, best.sensed)
         sections.insert(0, Section("changes", "What changed", [*lost, changed, others]))
     if found.note:

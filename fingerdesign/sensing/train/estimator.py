@@ -80,7 +80,7 @@ def train_estimator(
     curves = with_turn_radius(own, problem, settings)
     jobs = []
     for noises in bands:
-        inputs, outputs, weights = sample_grips(training, curves, settings, noises)
+        inputs, outputs, weights = sample_grips(training, curves, settings, noises, workers)
         if len(inputs) < _LEAST_SAMPLES * inputs.shape[1]:
             raise SolverError(
                 f"{len(inputs)} samples are too few to train {inputs.shape[1]} features: more "

@@ -35,7 +35,7 @@ _SLOPE = (0.2, 1.3)  # The range of dF_t / (mu dF_n) of a climb.
 _LEAST_STIFFNESS = 5.0  # No finger is taken to be softer against shear than this, N/mm.
 _SLIPS = 2  # The grip ends after so many steps of complete slip.
 _KINDS, _CHANCES = ("press", "pull", "climb", "ease"), (0.2, 0.35, 0.35, 0.1)
-_PART = 50  # A worker makes so many grips in one job.
+PART = 50  # A worker makes so many grips in one job.
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def random_grip_paths(
     workers: int = 1,
 ) -> list[RandomGripPath]:
     """Make the grips, each from its own seed: the same for any number of worker processes."""
-    parts = [range(k, min(k + _PART, settings.grips)) for k in range(0, settings.grips, _PART)]
+    parts = [range(k, min(k + PART, settings.grips)) for k in range(0, settings.grips, PART)]
     found: list[RandomGripPath] = []
     with Pool(workers, shared=(problem, settings)) if workers > 1 else nullcontext() as pool:
         here = (_paths_of_part(problem, settings, part) for part in parts)

@@ -1,6 +1,7 @@
 """Samples of grips: features and truths with a rig's noise, gains and failing gages upon them."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,9 @@ from fingerdesign.contact.turning import turn_radius
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.features import LEAST_FORCE, FingerCurves, Moment, feature_count, features
 from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.streams import stream
-from fingerdesign.sensing.train.paths import RandomGripPath, Settings
+from fingerdesign.sensing.train.paths import PART, RandomGripPath, Settings
 
 _RADII = 8  # The turn radius is computed at so many depths.
 GAIN_STD = 0.01  # The standard deviation of the gages' gains, drawn again for each replicate.
@@ -43,22 +45,43 @@ def sample_grips(
     curves: FingerCurves,
     settings: Settings,
     noises: tuple[float, float],
+    workers: int = 1,
 ) -> tuple[Array, Array, Array]:
     """Sample all grips, each with a noise drawn evenly in its logarithm between two; in some of
-    them a gage fails.
+    them a gage fails. The same for any number of worker processes.
 
     Returns features (n, f), truths (n, 2), and weights (n,): one over the grip's friction
     coefficient. The same error of the friction utilisation costs more on a smooth object, which
     needs more force: weighted, 383 of 400 lifts with all faults are good, and 370 without.
     """
+    parts = [(k, grips[k : k + PART]) for k in range(0, len(grips), PART)]
+    own = (curves, settings, noises)
+    with Pool(workers, shared=own) if workers > 1 else nullcontext() as pool:
+        here = (_sampled_part(*own, *each) for each in parts)
+        found = list(pool.in_order(_sampled_part, parts) if pool else here)
+    inputs, truths, weights = map(np.concatenate, zip(*found, strict=True))
+    return inputs, truths, weights
+
+
+def _sampled_part(
+    curves: FingerCurves,
+    settings: Settings,
+    noises: tuple[float, float],
+    first: int,
+    grips: Sequence[RandomGripPath],
+) -> tuple[Array, Array, Array]:
+    """Sample some grips, numbered from ``first``, each replicate from its own seed."""
     least, most = noises
-    rng, found = stream(settings.seed, "noise of a training", f"{least:g} to {most:g}"), []
-    for each in [each for each in grips for _ in range(settings.replicates)]:
-        noise = float(np.exp(rng.uniform(np.log(least), np.log(most))))
-        grip = _with_failing_gage(each, rng) if rng.uniform() < _FAILURES else each
-        inputs, truths = sample(grip, curves, settings, rng, noise)
-        weights = np.full(len(inputs), 1.0 / grip.friction_coefficient)
-        found.append((inputs, truths, weights))
+    found = []
+    for number, own in enumerate(grips, first):
+        for replicate in range(settings.replicates):
+            words = f"{least:g} to {most:g}"
+            rng = stream(settings.seed, "noise of a training", words, number, replicate)
+            noise = float(np.exp(rng.uniform(np.log(least), np.log(most))))
+            grip = _with_failing_gage(own, rng) if rng.uniform() < _FAILURES else own
+            inputs, truths = sample(grip, curves, settings, rng, noise)
+            weights = np.full(len(inputs), 1.0 / grip.friction_coefficient)
+            found.append((inputs, truths, weights))
     inputs, truths, weights = map(np.concatenate, zip(*found, strict=True))
     return inputs, truths, weights
 
