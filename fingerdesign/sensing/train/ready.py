@@ -1,8 +1,9 @@
 """The estimator that a design is gripped with: the one given, one shipped with it, or one trained.
 
 A shipped design may have a file next to it, NAME.estimator.json: a copy of what `fingerdesign train
-NAME --fidelity 3d` writes; of GripBench's `sensitive` without the option. It is used for the finger
-and stage that it was trained on, also where other values of the design or its name differ.
+NAME --fidelity 3d` wrote in some version; of GripBench's `sensitive` without the option. It is used
+for the finger and stage that it was trained on, also where other values of the design or its name
+differ.
 """
 
 import json
