@@ -11,9 +11,8 @@ _TRIED = 4  # grips that are timed
 # A lift of the behaviour policy takes so many times as long as a random grip path; a third of all
 # grips are lifts of fingers.
 _LIFT, _LIFTS = 1.6, 1.0 / 3.0
-# Sampling and networks, of both bands, by moment of a grip and replicate: measured on two slow
-# cores, 1463 s for 1.2 million.
-_SECONDS_A_MOMENT = 1.2e-3
+# Sampling and networks, of both bands, by moment of a grip: measured on two slow cores.
+_SECONDS_A_MOMENT = 2.0e-3
 
 
 def training_seconds(

@@ -103,6 +103,7 @@ def settings_of(design: Design) -> Settings:
         face=design.gages.face,
         bounds=Bounds.of(grip),
         grips=own.training_grips,
+        replicates=1 if own.training_fingers > 1 else 2,
         force_noise=grip.hardware.force_noise_N or FORCE_NOISE_N,
         torque_noise=grip.hardware.torque_noise_Nmm,
         seed=grip.seed,

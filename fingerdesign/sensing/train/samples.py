@@ -48,8 +48,7 @@ def sample_grips(
     workers: int = 1,
 ) -> tuple[Array, Array, Array]:
     """Sample all grips, each with a noise drawn evenly in its logarithm between two; in some of
-    them a gage fails. The same for any number of worker processes. Each grip twice, and not once,
-    takes 3 % off the errors at the same number of steps of the training.
+    them a gage fails. The same for any number of worker processes.
 
     Returns features (n, f), truths (n, 2), and weights (n,): one over the grip's friction
     coefficient. The same error of the friction utilisation costs more on a smooth object, which
