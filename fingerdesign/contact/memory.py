@@ -78,14 +78,18 @@ class RubberHistory:
         self._problem = problem
         self._elastic = np.zeros(problem.shape)  # f_e
         self._parts = np.zeros((len(rubber.shares), *problem.shape))  # q_i
+        self._left: tuple[Rubber, Array] | None = None  # ``rest`` of this step, and whose
 
     @property
     def rest(self) -> Array:
         """f_left / A (m, dim): the step's forces, over A, were nothing displaced in it."""
-        rubber, shares = self.rubber, np.array(self.rubber.shares)
-        faded = (shares * rubber.fading) @ self._parts.reshape(len(shares), -1)
-        elastic = (1.0 - shares.sum()) * self._elastic
-        return np.asarray((elastic + faded.reshape(elastic.shape)) / rubber.relaxation_factor)
+        rubber = self.rubber
+        if self._left is None or self._left[0] is not rubber:
+            shares = np.array(rubber.shares)
+            faded = (shares * rubber.fading) @ self._parts.reshape(len(shares), -1)
+            left = (1.0 - shares.sum()) * self._elastic + faded.reshape(self._elastic.shape)
+            self._left = rubber, left / rubber.relaxation_factor
+        return self._left[1]
 
     @property
     def rest_force(self) -> Array:
@@ -105,3 +109,4 @@ class RubberHistory:
         faded = rubber.fading[:, None, None] * self._parts
         self._parts = faded + rubber.taken[:, None, None] * change
         self._elastic = self._elastic + change
+        self._left = None

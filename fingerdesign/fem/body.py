@@ -32,6 +32,7 @@ from fingerdesign.fem.answers import (
     store_fields,
 )
 from fingerdesign.fem.factor import Condensation
+from fingerdesign.fem.stiffness import without_rounding
 from fingerdesign.fem.system import Body, System, assemble_system
 from fingerdesign.fem.trace import ContactTrace, contact_trace, owners
 
@@ -214,6 +215,8 @@ def condensed_rows(
     parts = [*(part @ system.lift for part in rows), system.support]
     bordering = sp.vstack(parts, format="csr")
     bordering.sort_indices()
+    largest = abs(bordering).max(axis=1).toarray()
+    bordering = without_rounding(bordering, largest.ravel(), np.ones(bordering.shape[1]))
     condensation = Condensation(system.stiffness, bordering, system.pressures)
     ends = np.cumsum([part.shape[0] for part in parts])[:-1]
     blocks = np.split(condensation.matrix, ends)

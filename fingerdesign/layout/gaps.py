@@ -5,7 +5,7 @@ A plate is its section polygon drawn straight across its section plane, a bent o
 
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from manifold3d import CrossSection, Manifold, Mesh64
@@ -100,6 +100,7 @@ def _boxes(solids: list[Manifold]) -> tuple[Array, Array]:
     return corners[:, :3], corners[:, 3:]
 
 
+@lru_cache(maxsize=256)  # A search checks the same plates a hundred times.
 def least_gap(
     first: tuple[PlateFrame, ...], second: tuple[PlateFrame, ...] | None = None
 ) -> PlateGap | None:

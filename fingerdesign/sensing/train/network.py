@@ -7,7 +7,11 @@ It has no memory but its features. On 12,000 grips of film_tees, with gages that
 the friction utilisation of other fingers without further faults is off by 0.112, here by 0.110; in
 lifts with all faults by 0.16 to 0.20, here by 0.10 to 0.11. It relies on a past that drift, delay
 and dead gages falsify. Nor does size help: 512 and 256 neurons have 0.109. A half of the error's
-variance is between grips, a fiftieth between fingers: what the features do not show is the object.
+variance is between grips, a fiftieth between fingers.
+
+On 2,000 random paths of 50 fingers it errs by 0.095. Told how the object leans, how round it is,
+whether it has patches and how its friction falls, it errs by 0.090; with the plates' bending, with
+gages at a second z, or with both, by 0.094 to 0.098.
 """
 
 import math
