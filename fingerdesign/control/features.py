@@ -49,10 +49,10 @@ _ARM_FORCE = 0.02  # N: f of the module; tangential forces below it say little o
 _NORMAL_SHARE = 0.3  # of F_n's change counts as much as F_t's
 _LEAST_RESPONSE = 1e-6  # microstrain/N
 # A gage is dead where so many samples in a row are nearly nothing, and the finger pressed alone
-# would cause so many times as much. Of good gages, of objects that lean, 0.4 % seem so for a time; of
-# samples of good gages in lifts with all faults 2.6 %, as readings pass through zero. To ask besides
-# that they fell at once, or do not follow the forces, finds as many dead ones and 0.5 % of the good;
-# with an estimator that was trained so, as many lifts are good at the same margin.
+# would cause so many times as much. Of good gages, of objects that lean, 0.4 % seem so for a time;
+# of samples of good gages in lifts with all faults 2.6 %, as readings pass through zero. To ask
+# besides that they fell at once, or do not follow the forces, finds as many dead ones and 0.5 % of
+# the good; an estimator that is trained so lifts no more.
 SILENT = 3
 _NOTHING = 10.0  # microstrain: what drift and warmth may read
 _LOUDEST = 4.0  # of the noise's standard deviation
