@@ -212,13 +212,13 @@ def condensed_rows(
     start = time.perf_counter()
     system = assemble_system(body)
     assembled = time.perf_counter()
-    parts = [*(part @ system.lift for part in rows), system.support]
-    bordering = sp.vstack(parts, format="csr")
+    read = sp.vstack([part @ system.lift for part in rows], format="csr")
+    largest = abs(read).max(axis=1).toarray()
+    read = without_rounding(read, largest.ravel(), np.ones(read.shape[1]))
+    bordering = sp.vstack([read, system.support], format="csr")
     bordering.sort_indices()
-    largest = abs(bordering).max(axis=1).toarray()
-    bordering = without_rounding(bordering, largest.ravel(), np.ones(bordering.shape[1]))
     condensation = Condensation(system.stiffness, bordering, system.pressures)
-    ends = np.cumsum([part.shape[0] for part in parts])[:-1]
+    ends = np.cumsum([part.shape[0] for part in rows])
     blocks = np.split(condensation.matrix, ends)
     done = time.perf_counter()
     timings = {"assemble": assembled - start, "condense": done - assembled}

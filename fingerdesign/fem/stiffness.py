@@ -28,7 +28,7 @@ _CHUNK = 8192  # Curved cells integrated at a time: 60 MB of temporaries in 3-D.
 # A mid-node this close to the middle, relative to the edge, leaves the mapping affine.
 STRAIGHT = 1e-13
 # Relative: of a swept finger's 7.5 million entries a fifth are under it, none are up to 1e-10.
-_ROUNDING = 1e-13
+_ROUNDING = 1e-12
 
 
 def lame_parameters(youngs_modulus: Array, poissons_ratio: Array) -> tuple[Array, Array]:

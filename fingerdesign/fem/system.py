@@ -254,7 +254,20 @@ def held_system(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> Syste
     loose = int((stiffness.diagonal() == 0.0).sum())
     if loose:
         raise SolverError(f"{loose} displacements belong to no cell: drop the mesh's unused nodes")
-    return System(stiffness, lift, sp.csr_matrix(total[free].T), sp.csr_matrix(marks))
+    met = _places(whole) @ marks + _places(whole).T @ marks
+    return System(stiffness, lift, _stored(total[free], met[free]), sp.csr_matrix(marks))
+
+
+def _places(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """1 where a matrix has an entry, be it zero."""
+    return sp.csr_matrix((np.ones(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape)
+
+
+def _stored(values: Array, met: Array) -> sp.csr_matrix:
+    """Values (n, k) as rows, stored where ``met`` is not 0: sums of many entries, which rounding
+    alone may make zero or not, have the same places on any mesh of this topology."""
+    row, column = np.nonzero(met.T)
+    return sp.csr_matrix((values[column, row], (row, column)), shape=values.T.shape)
 
 
 def with_pressures(system: System, part: Pressures, ratio: float) -> System:
@@ -281,7 +294,9 @@ def with_pressures(system: System, part: Pressures, ratio: float) -> System:
     stiffness = _upper([(block.tocoo(), i, j) for block, i, j in blocks], place)
     back = np.argsort(place)
     lift = sp.hstack([system.lift, sp.csr_matrix((system.lift.shape[0], count))], format="csc")
-    support = sp.hstack([system.support, system.held.T @ coupling], format="csc")
+    marks = system.held.toarray()
+    pressing = _stored(coupling.T @ marks, _places(coupling).T @ marks)
+    support = sp.hstack([system.support, pressing], format="csc")
     own = sp.csr_matrix(
         (np.full(count, scale), (np.arange(count), place[before:])), shape=(count, len(place))
     )
