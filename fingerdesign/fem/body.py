@@ -32,7 +32,6 @@ from fingerdesign.fem.answers import (
     store_fields,
 )
 from fingerdesign.fem.factor import Condensation
-from fingerdesign.fem.stiffness import without_rounding
 from fingerdesign.fem.system import Body, System, assemble_system
 from fingerdesign.fem.trace import ContactTrace, contact_trace, owners
 
@@ -212,13 +211,11 @@ def condensed_rows(
     start = time.perf_counter()
     system = assemble_system(body)
     assembled = time.perf_counter()
-    read = sp.vstack([part @ system.lift for part in rows], format="csr")
-    largest = abs(read).max(axis=1).toarray()
-    read = without_rounding(read, largest.ravel(), np.ones(read.shape[1]))
-    bordering = sp.vstack([read, system.support], format="csr")
+    parts = [*(part @ system.lift for part in rows), system.support]
+    bordering = sp.vstack(parts, format="csr")
     bordering.sort_indices()
     condensation = Condensation(system.stiffness, bordering, system.pressures)
-    ends = np.cumsum([part.shape[0] for part in rows])
+    ends = np.cumsum([part.shape[0] for part in parts])[:-1]
     blocks = np.split(condensation.matrix, ends)
     done = time.perf_counter()
     timings = {"assemble": assembled - start, "condense": done - assembled}

@@ -27,8 +27,6 @@ from fingerdesign.mesh.measures import curved_cells
 _CHUNK = 8192  # Curved cells integrated at a time: 60 MB of temporaries in 3-D.
 # A mid-node this close to the middle, relative to the edge, leaves the mapping affine.
 STRAIGHT = 1e-13
-# Relative: of a swept finger's 7.5 million entries a fifth are under it, none are up to 1e-10.
-_ROUNDING = 1e-12
 
 
 def lame_parameters(youngs_modulus: Array, poissons_ratio: Array) -> tuple[Array, Array]:
@@ -116,11 +114,3 @@ def take(matrix: sp.csr_matrix, mask: BoolArray, row_of: IntArray) -> sp.csr_mat
     columns = matrix.indices[mask]
     pointer = np.concatenate([[0], np.cumsum(np.bincount(row_of[mask], minlength=matrix.shape[0]))])
     return sp.csr_matrix((matrix.data[mask], columns, pointer), shape=matrix.shape)
-
-
-def without_rounding(matrix: sp.csr_matrix, rows: Array, columns: Array) -> sp.csr_matrix:
-    """A matrix without entries that are zero but for rounding, next to the product of their row's
-    size and their column's. Then its pattern hangs on the mesh alone, not on its last digits."""
-    row_of = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
-    large = np.abs(matrix.data) > _ROUNDING * rows[row_of] * columns[matrix.indices]
-    return take(matrix, large, row_of)
