@@ -10,8 +10,8 @@ and dead gages falsify. Nor does size help: 512 and 256 neurons have 0.109. A ha
 variance is between grips, a fiftieth between fingers.
 
 On 2,000 random paths of 50 fingers it errs by 0.095. Told how the object leans, how round it is,
-whether it has patches and how its friction falls, it errs by 0.090; with the plates' bending, with
-gages at a second z, or with both, by 0.094 to 0.098.
+whether it has patches and how its friction falls, it errs by 0.090; with the plates' bending, or
+with that and gages at a second z, by 0.096 to 0.098.
 """
 
 import math
