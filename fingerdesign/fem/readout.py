@@ -15,6 +15,7 @@ from fingerdesign.mesh.types import Mesh
 
 _INSIDE = 1e-6  # barycentric: a point on a face or an edge belongs to both cells or facets
 _NEAR = 0.02  # barycentric: a point just outside a curved or snapped boundary
+_ZERO = 1e-12  # A smaller shape function is zero but for rounding.
 _BENT = 0.1  # Barycentric: a bent plate's face may lie so far outside its own straight cells.
 _GAUSS_POINTS = 6  # across a gage's width, and along it where its plate is bent
 
@@ -65,6 +66,8 @@ def displacement_rows(mesh: Mesh, points: Array, region: int | None = None) -> s
 
 def _interpolated(mesh: Mesh, nodes: IntArray, value: Array) -> sp.csr_matrix:
     """Rows (p dim, n dim): displacements where nodes (p, k) have the shape functions ``value``."""
+    if mesh.moved:  # So that rows have the same places on any mesh with these cells.
+        value = np.where(np.abs(value) < _ZERO, 0.0, value)
     axes = np.arange(mesh.dimension)
     columns = nodes[:, :, None] * mesh.dimension + axes
     rows = np.arange(len(nodes))[:, None, None] * mesh.dimension + axes

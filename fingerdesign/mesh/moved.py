@@ -83,4 +83,4 @@ def _checked(mesh: Mesh, points: Array) -> Mesh:
             f"moved so far, the plates leave a cell {sizes.min():.2g} of its area or volume; "
             "plates or surface are too close for such a tolerance"
         )
-    return replace(mesh, points=points)
+    return replace(mesh, points=points, moved=True)

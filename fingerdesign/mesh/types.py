@@ -31,6 +31,7 @@ class Mesh:
              of plates as sheets "plate_k_upper", "_lower", "_end" and (of prisms) "_cap":
              faces of plate k's slot
     symmetric  True when the mesh is the half z >= 0 of a finger that mirrors in z = 0
+    moved    True when its nodes were moved: other meshes have the same cells
     """
 
     points: Array
@@ -41,6 +42,7 @@ class Mesh:
     symmetric: bool = False
     notes: dict[str, float | int | str] = field(default_factory=dict)
     region_names: dict[int, str] = field(default_factory=dict)
+    moved: bool = False
 
     def region_name(self, number: int) -> str:
         """Name of a region: "elastomer", "plate_0", ..., or its own."""

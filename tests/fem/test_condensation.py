@@ -1,5 +1,6 @@
 """The condensed model against the full one: compliance, readouts, balance, uniform pressure."""
 
+import gc
 import warnings
 from dataclasses import replace
 from functools import cache
@@ -14,7 +15,14 @@ from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.fem import body, factor
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.factor import Condensation
-from fingerdesign.fem.model import MIXED_FROM, body_of, build_model, element_of, fixed_dofs
+from fingerdesign.fem.model import (
+    MIXED_FROM,
+    body_of,
+    build_model,
+    candidate_facets,
+    element_of,
+    fixed_dofs,
+)
 from fingerdesign.fem.readout import gage_rows, locate, strain_rows
 from fingerdesign.fem.system import assemble_system
 from fingerdesign.fem.trace import contact_trace
@@ -220,6 +228,33 @@ def test_slow_fallback_gives_the_same(monkeypatch):
             pytest.raises(SolverError, match="not positive definite"),
         ):
             Condensation(unsound, rows)
+
+
+def test_the_order_of_a_model_serves_the_next_on_a_moved_mesh(calls_of):
+    """While the model before lives it keeps its order; where nodes lie decides nothing."""
+    pytest.importorskip("pypardiso")
+    design = with_values(DESIGN, {"mesh.element": "mixed"})
+    mesh = extrude(design, Zone(1.5))
+    solvers = calls_of(factor, "_solver")
+
+    def condensed_when_sheared(by):
+        points = mesh.points + by * mesh.points[:, [1]] * [1.0, 0.0, 0.0]
+        facets = candidate_facets(mesh, 1.5)
+        moved = replace(mesh, points=points, moved=True)
+        return body.condense_body(body_of(design, moved, facets))
+
+    answers = {}
+    for by in (0.03, 0.07, 0.05):
+        model = condensed_when_sheared(by)
+        answers[by] = model.compliance
+        del model
+        gc.collect()
+    assert len(solvers) == 1
+    first, second = condensed_when_sheared(0.03), condensed_when_sheared(0.07)
+    assert len(solvers) == 2
+    for by, fresh in ((0.03, first), (0.07, second)):
+        np.testing.assert_allclose(answers[by], fresh.compliance, atol=1e-11)
+    assert np.abs(answers[0.03] - answers[0.05]).max() > 1e-3 * np.abs(answers[0.03]).max()
 
 
 @pytest.mark.slow

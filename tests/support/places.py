@@ -45,7 +45,7 @@ def fitted(measured: bench_fit.Measured, off: Array) -> tuple[bench_fit.LatentFi
     finish = bench_fit._fitted
     with patch.object(bench_fit, "_fitted", side_effect=finish) as seen:
         fit = bench_fit.fit_latents(measured)
-    problem, x, _, alive = seen.call_args.args
+    problem, x, _, alive, _ = seen.call_args.args
     with patch.dict(bench_fit.MESH, {measured.fidelity: (0.0, 0.0, 0.0)}):
         noise = bench_fit._data(measured, alive)
     ratios = [

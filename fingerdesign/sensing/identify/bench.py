@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -12,6 +13,7 @@ import numpy as np
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
+from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.bench_curves import (
     BenchCurves,
@@ -29,7 +31,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.runtime.streams import stream
-from fingerdesign.sensing.model import against, bench_model
+from fingerdesign.sensing.model import against, bench_model, meshed_for_grips
 from fingerdesign.sensing.perturb.faults import ALL
 from fingerdesign.sensing.perturb.finger import perturb
 
@@ -79,6 +81,14 @@ def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phas
         down = closing(_TILT_DEPTH * most, _TILTS)
         found.append(phase(f"tilt_{number}", "tilt", down, np.zeros(len(down)), tilt))
     return tuple(found)
+
+
+def with_half_the_layers(design: Design, fidelity: str) -> Design:
+    """The design with half the layers in 3-D: a third of the work."""
+    if fidelity != "3d":
+        return design
+    layers = meshed_for_grips(design, fidelity).mesh.layers or 1
+    return with_values(design, {"mesh.layers": math.ceil(0.5 * layers)})
 
 
 def phase_problems(

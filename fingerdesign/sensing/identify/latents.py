@@ -35,7 +35,6 @@ AXES = ("x", "y", "angle")
 TOLERANCE = {"x": 0.1, "y": 0.1, "angle": 1.0}  # Tolerances of a plate's place, mm and degrees.
 MOST_POISSON = 0.4999
 # Slopes are differences over a small share (sensitivities.py) of so many standard deviations.
-_STEPS = {"lean": 0.5}
 _STEP = 0.25
 
 
@@ -65,7 +64,7 @@ class Latent:
     @property
     def step(self) -> float:
         """The step to either side of a sensitivity."""
-        return _STEPS.get(self.kind, _STEP) * self.deviation
+        return _STEP * self.deviation
 
 
 def latents_of(design: Design, gages: int, tilted: bool) -> tuple[Latent, ...]:

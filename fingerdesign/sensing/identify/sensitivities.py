@@ -1,8 +1,8 @@
 """Slopes of a bench's curves with hidden values: derivatives of the design's model (sensitivity/).
 
-One condensation gives those of every place, modulus and lean. Points of each phase are moved along
-their slopes, and what comes of the points, curves, is taken again: of closed forms a difference
-will do. They serve every finger of the design and are cached.
+One condensation gives those of every place and modulus. Points of each phase are moved along their
+slopes, and what comes of the points, curves, is taken again: of closed forms a difference will do.
+They serve every finger of the design and are cached.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from fingerdesign.control.bench_curves import BenchCurves, Phase, Slide, bench_c
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.design.digest import content_digest
-from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.runtime.cache import GARBLED, Cache, packed, unpacked
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import (
@@ -51,11 +50,10 @@ from fingerdesign.version import __version__
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-_FORMAT = 4
+_FORMAT = 5
 _KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration, Slide)}
 
 
-_TILT = "object.tilt_deg"
 _SHARE = 0.01  # Of a latent's step: so near, curves between points keep their pieces.
 
 
@@ -126,19 +124,15 @@ def _differences(
     needed = np.any([needed_dofs(problem, every, nodes) for problem in problems], axis=0)
     fields = response_fields(condensed.condensed, nodes, needed)
     names, factors = zip(*(_parameter_of(design, latent) for latent in latents), strict=True)
-    level = _scene_of(design, phases[0], lean_deg)
-    changes = changes_of(design, condensed, parameters_of(design, level, names))
+    scene = fundamental_scene(design)
+    changes = changes_of(design, condensed, parameters_of(design, scene, names))
     report("sensitivities: rates of the model")
     none = np.zeros((fields.contact, 0))
     rates, between = rates_under(fields, changes, contact_forces(fields, every), (none, none))
     moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
-    begin, tilt = 0, phases[0].tilt_deg
+    begin = 0
     for phase, problem, steps, own in zip(phases, problems, paths, increments, strict=True):
-        # The surface's tilt is the phase's own, and changes no part of the body.
-        if phase.tilt_deg != tilt and _TILT in names:
-            leaned = parameters_of(design, _scene_of(design, phase, lean_deg), (_TILT,))
-            changes[names.index(_TILT)] = changes_of(design, condensed, leaned)[0]
-        tilt, some = phase.tilt_deg, slice(begin, begin + len(own))
+        some = slice(begin, begin + len(own))
         found = IncrementRates(problem, fields, changes, own, under=(rates[..., some], between))
         begin += len(own)
         slopes = _slopes(found, design, len(steps), factors)
@@ -153,18 +147,10 @@ def _differences(
     ]
 
 
-def _scene_of(design: Design, phase: Phase, lean_deg: float) -> Scene:
-    """The bench's plane as a phase meets it."""
-    met = SceneObject(tilt_deg=phase.tilt_deg + lean_deg)
-    return fundamental_scene(design).model_copy(update={"object": met})
-
-
 def _parameter_of(design: Design, latent: Latent) -> tuple[str, float]:
     """The parameter that a latent is, and by how much it changes with one unit of the latent."""
     if latent.kind in AXES:
         return f"placement[{latent.number}].{PLACES[AXES.index(latent.kind)]}", 1.0
-    if latent.kind == "lean":
-        return _TILT, 1.0
     table: Literal["body", "plates"] = "plates" if latent.kind == "plate_modulus" else "body"
     name = f"materials.{getattr(design, table).material}"
     if latent.kind == "poisson":
