@@ -30,18 +30,32 @@ def with_plates_moved(
     The rubber around follows, less with distance, up to other plates and the finger's faces. None
     where the plates are so far off that cells would turn over.
     """
-    points = mesh.points.copy()
+    change = np.zeros_like(mesh.points)
     section = mesh.points[:, :2]
     for old, new, weight in zip(before, after, plate_weights(mesh, before), strict=True):
         turned = np.radians(new.angle_deg - old.angle_deg)
         way = new.centre - old.centre
         arm = section - old.centre
         turn = np.array([[np.cos(turned), np.sin(turned)], [-np.sin(turned), np.cos(turned)]])
-        points[:, :2] += weight[:, None] * (way + arm @ turn - arm)
+        change[:, :2] += weight[:, None] * (way + arm @ turn - arm)
     try:
-        return _checked(mesh, points)
+        return _checked(mesh, mesh.points + straightened(mesh, change))
     except MeshError:
         return None
+
+
+def straightened(mesh: Mesh, change: Array) -> Array:
+    """Changes (n, dim) of nodes' places, those of added nodes the mean of their ends': straight
+    cells stay straight. On the contact surface they are as they were."""
+    kind = mesh.kind
+    own = np.isin(np.arange(len(mesh.points)), mesh.facets["contact"])
+    found = change.copy()
+    for place, corners in enumerate([*kind.edges, *kind.squares], kind.corners):
+        nodes: IntArray = mesh.cells[:, place]
+        middle = np.mean([change[mesh.cells[:, corner]] for corner in corners], axis=0)
+        loose = ~own[nodes]
+        found[nodes[loose]] = middle[loose]
+    return found
 
 
 def plate_weights(mesh: Mesh, frames: Sequence[PlateFrame]) -> Array:

@@ -13,12 +13,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array
 from fingerdesign.design.body import Body
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.bodies import surface_height
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mesh.moved import plate_weights
+from fingerdesign.mesh.moved import plate_weights, straightened
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.sensitivity.variant import Parameter, Variant
 
@@ -98,7 +98,7 @@ def node_velocity(parameter: Parameter, mesh: Mesh, weights: Array | None = None
         if np.abs(rate).max() < _STILL and not body:
             continue
         velocity[:, :2] += weight[:, None] * (_motion(frame, gage, rate, section) - carried)
-    return _straightened(mesh, velocity)
+    return straightened(mesh, velocity)
 
 
 def _places(variant: Variant) -> Array:
@@ -134,17 +134,3 @@ def _mapped(points: Array, old: Body, new: Body) -> Array:
     if points.shape[1] == 3:
         moved[:, 2] *= new.depth_mm / old.depth_mm
     return moved
-
-
-def _straightened(mesh: Mesh, velocity: Array) -> Array:
-    """Velocities with added nodes in the middle of their ends, but on the contact surface."""
-    kind = mesh.kind
-    ends = [*kind.edges, *kind.squares]
-    own = np.isin(np.arange(len(mesh.points)), mesh.facets["contact"])
-    found = velocity.copy()
-    for place, corners in enumerate(ends, kind.corners):
-        nodes: IntArray = mesh.cells[:, place]
-        middle = np.mean([velocity[mesh.cells[:, corner]] for corner in corners], axis=0)
-        loose = ~own[nodes]
-        found[nodes[loose]] = middle[loose]
-    return found

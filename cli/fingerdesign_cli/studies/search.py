@@ -4,7 +4,7 @@ import os
 import re
 import shlex
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -238,7 +238,8 @@ def _text_for(design_file: Path, out: Path) -> str:
         if not each.startswith((_MADE_BY, _SCHEMA)):
             lines.append(each)
         elif each.startswith(_SCHEMA) and design_file.is_file() and schema.is_file():
-            lines.append(f"{_SCHEMA} {os.path.relpath(schema, out)}".replace(os.sep, "/"))
+            with suppress(ValueError):  # Windows: on another drive there is no way to it.
+                lines.append(f"{_SCHEMA} {os.path.relpath(schema, out)}".replace(os.sep, "/"))
     return "\n".join([*lines, ""])
 
 

@@ -27,7 +27,7 @@ values (docs/how_to/identify.md).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.control.bench_curves import BenchCurves, Phase, Slide, pressed
+from fingerdesign.control.bench_curves import BenchCurves, Phase, Points, Slide, pressed
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import (
@@ -60,6 +60,7 @@ MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (2.0, 0.5, 0.005)}
 # degree).
 ROW = {"plane-strain": {"x": 0.015, "lean": 0.02}, "3d": {"x": 0.04, "lean": 0.05}}
 _FORCES = 12  # Points of a press that are compared.
+_MOVES = 24  # Moves of a press whose derivatives are taken.
 _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
 _REACH, _ROUNDS = 4.0, 8  # The largest change in standard deviations; steps at most.
@@ -205,6 +206,15 @@ def _compared(slide: Slide) -> IntArray:
     """Points of a slide: the first ones with these shares of F_t, and the last."""
     shares = slide.tangential_force / slide.tangential_force[-1]
     return np.unique([*(int(np.argmax(shares >= share)) for share in _SHARES), len(shares) - 1])
+
+
+def _thinned(phase: Phase) -> Phase:
+    """A press with fewer moves: derivatives need no more."""
+    points = phase.points
+    if phase.kind != "press" or len(points.approach) <= _MOVES:
+        return phase
+    some = _some(len(points.approach), _MOVES)
+    return replace(phase, points=Points(*(getattr(points, f.name)[some] for f in fields(Points))))
 
 
 def small_pulls(phases: Sequence[Phase], count: int) -> tuple[Array, Array]:
@@ -353,7 +363,9 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     data = _data(measured, alive)
     model = BenchModel(design, phases, measured.fidelity)
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
-    plan = [replace(each, friction_coefficient=friction) for each in protocol(design, tilts)]
+    plan = [
+        replace(_thinned(each), friction_coefficient=friction) for each in protocol(design, tilts)
+    ]
     own = cache(model.curves_by_lean())
     about = _about_lean(own, data, report) if tilts else 0.0
     halved = with_half_the_layers(design, measured.fidelity)
