@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design, with_values
-from fingerdesign.sensing.identify.bench import BenchModel, protocol
+from fingerdesign.sensing.identify.bench import FINE, BenchModel, protocol
 from fingerdesign.sensing.identify.latents import Latent
 from fingerdesign.sensing.identify.sensitivities import sensitivities_key
 from fingerdesign.sensing.train.paths import Settings
@@ -55,8 +55,10 @@ PHASES = protocol(DESIGN)
 LATENTS = [Latent("lean"), Latent("gain", 0)]
 
 
-def name_of(design=DESIGN, phases=PHASES, fidelity="plane-strain", latents=LATENTS, lean=0.0):
-    return sensitivities_key(BenchModel(design, phases, fidelity), latents, lean)
+def name_of(
+    design=DESIGN, phases=PHASES, fidelity="plane-strain", latents=LATENTS, lean=0.0, mesh=FINE
+):
+    return sensitivities_key(BenchModel(design, phases, fidelity, mesh), latents, lean)
 
 
 @pytest.mark.parametrize("field", ["kind", "friction_coefficient", "tilt_deg", "points"])
@@ -75,6 +77,12 @@ def test_each_move_of_the_bench_is_part_of_the_key(field, number):
         moved[number] = replace(phase, **{field: value})
         assert name_of(phases=tuple(moved)) != name_of()
     assert name_of(phases=PHASES[:-1]) != name_of()
+
+
+@pytest.mark.parametrize("field", fields(FINE), ids=lambda each: each.name)
+def test_each_size_of_the_mesh_is_part_of_the_key(field):
+    other = replace(FINE, **{field.name: 2.0})
+    assert name_of(fidelity="3d", mesh=other) != name_of(fidelity="3d")
 
 
 def test_model_hidden_values_and_lean_are_part_of_the_key():

@@ -9,13 +9,11 @@ that remains where the model is exact and the sensors' noise alone is left. The 
 deviations before the fit draw places to the design; the rest of the error is the mesh's. CPU
 seconds are those of the fit, of the first finger with the sensitivities.
 
-The finer mesh is finer at the contact, along the plates and in z; at the plates' ends, which are
-singular, it has a quarter of the fit's size (PLATE_END).
+The finer mesh is finer at the contact, along the plates, at their singular ends and in z.
 """
 
 import sys
 import time
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -24,18 +22,15 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.bench_curves import bench_curves
-from fingerdesign.design.schema import Design
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.sensing import model
-from fingerdesign.sensing.identify import bench as bench_module
 from fingerdesign.sensing.identify import bench_fit
-from fingerdesign.sensing.identify.bench import SimulatedBench, simulated_bench
+from fingerdesign.sensing.identify.bench import BenchMesh, SimulatedBench, simulated_bench
 from fingerdesign.sensing.identify.latents import AXES
 from fingerdesign.sensing.perturb.finger import places_of
 
 FAULTS = ("modulus", "poisson", "plates", "gains", "tilt")
-FINER = {"mesh.contact_size_mm": 0.15, "mesh.plate_size_mm": 0.2, "mesh.layers": 6}
-_END = 0.125  # Of the usual size: that of the truth's elements at the plates' ends.
+# The truth's: 0.075 mm at the contact, six layers, an eighth of the usual size at plates' ends.
+FINER = BenchMesh(0.1875, 1.5, 0.125)
 
 
 def fitted(measured: bench_fit.Measured, off: Array) -> tuple[bench_fit.LatentFit, Array, Array]:
@@ -68,14 +63,8 @@ def drawn_bench(seed: int, finer: bool) -> SimulatedBench:
     design = load_design("sensitive")
     if not finer:
         return simulated_bench(design, FAULTS, seed, "3d")
-    usual = model.meshed_for_grips
-
-    def meshed(*given: Any, **named: Any) -> Design:
-        return with_values(usual(*given, **named), FINER)
-
-    ends = patch.object(bench_module, "PLATE_END", _END)
-    with ends, patch.object(model, "meshed_for_grips", meshed):
-        return simulated_bench(design, FAULTS, seed, "3d")
+    finer = with_values(design, {"mesh.plate_size_mm": 0.2})
+    return simulated_bench(finer, FAULTS, seed, "3d", FINER)
 
 
 def show(seed: int, bench: SimulatedBench) -> None:

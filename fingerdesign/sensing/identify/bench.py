@@ -40,13 +40,39 @@ if TYPE_CHECKING:
 
 TILT_DEG = 2.0  # The protocol tilts the surface by this much.
 MOST_LEAN_DEG = 3.0  # The contact's zone covers this lean of the bench itself.
-PLATE_END = 0.5  # Of the usual size of elements at the plates' ends, in 3-D.
+
+
+@dataclass(frozen=True)
+class BenchMesh:
+    """A mesh of a bench in 3-D next to that of grips: facets of the contact and elements at the
+    plates' ends are so many times as long, and there are so many times as many layers."""
+
+    contact: float
+    layers: float
+    plate_end: float
+
+
+# Readings of two drawn fingers of `sensitive`, in the design's mesh with its plates moved, against
+# facets of 0.075 mm, six layers and ends of an eighth: RMS in microstrain after a gain for each
+# gage, and processor time.
+#     facets  layers  ends
+#     0.2 mm  3       0.5     1.2; 1.5    10 s    COARSE has facets of 0.4 mm
+#     0.4     4       0.5     1.1; 1.3    13      as grips, but for the ends
+#     0.15    4       0.5     0.6; 0.8    16
+#     0.15    4       0.25    0.6; 0.8    21
+#     0.15    5       0.35    0.4; 0.5    26      FINE
+#     0.15    6       0.25    0.5; 0.5    40
+FINE, COARSE = BenchMesh(0.375, 1.25, 0.35), BenchMesh(1.0, 0.75, 0.5)
+# The step of differences by the lean, degrees: a third of a degree a millimetre of the facets. By a
+# larger one the fit takes more steps; by 0.035 with facets of 0.4 mm it stopped too early.
+LEAN_STEP = {"plane-strain": 0.035, "3d": 0.15}
 # Faults of grips have no effect on a bench.
 OF_GRIPS = frozenset({"radius", "dying", "relaxation", "arm", "patches", "kinetic"})
 _SLIDE, _SLIDES = 6.0, 15  # The slide: its length over friction x depth, its moves.
 _TILT_DEPTH, _TILTS = 0.6, 20  # The tilted press: depth over the stage's travel, moves.
 _QUICK = 40  # The quick press has so many samples beyond the hardware's delay.
 _AT_REST, _POINTS_A_SECOND = 100, 1.0  # Each point is the mean of so many samples.
+_FREE = ("mesh.contact_size_mm", "mesh.layers")  # Keys that a bench's mesh sets.
 
 
 def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phase, ...]:
@@ -83,32 +109,45 @@ def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phas
     return tuple(found)
 
 
-def with_half_the_layers(design: Design, fidelity: str) -> Design:
-    """The design with half the layers in 3-D: a third of the work."""
-    if fidelity != "3d":
-        return design
-    layers = meshed_for_grips(design, fidelity).mesh.layers or 1
-    return with_values(design, {"mesh.layers": math.ceil(0.5 * layers)})
-
-
 def phase_problems(
-    design: Design, phases: Sequence[Phase], fidelity: str, lean_deg: float = 0.0
+    design: Design,
+    phases: Sequence[Phase],
+    fidelity: str,
+    lean_deg: float = 0.0,
+    mesh: BenchMesh = FINE,
 ) -> list[ContactProblem]:
     """The finger against each phase's surface, the bench itself leaning."""
-    bench = condensed_for(design, phases, fidelity)[1]
+    bench = condensed_for(design, phases, fidelity, mesh=mesh)[1]
     return leaning(bench, design, phases, lean_deg)
 
 
 def condensed_for(
-    design: Design, phases: Sequence[Phase], fidelity: str, neighbour: Design | None = None
+    design: Design,
+    phases: Sequence[Phase],
+    fidelity: str,
+    neighbour: Design | None = None,
+    mesh: BenchMesh = FINE,
 ) -> tuple[FiniteElementModel, ContactProblem]:
     """The finger condensed for all surfaces of a bench's phases, and it against a level one.
 
-    The zone, and so the mesh, does not depend on the lean. neighbour: see bench_model.
+    The zone, and so the mesh, does not depend on the lean. neighbour: see bench_model; mesh: of it
+    in 3-D.
     """
     tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
     room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
-    return bench_model(design, room, fidelity, neighbour=neighbour, plate_end=PLATE_END)
+    if fidelity != "3d":
+        return bench_model(design, room, fidelity, neighbour=neighbour)
+    fingers = [_meshed(each, mesh) for each in (design, neighbour or design)]
+    own, near = fingers[0], fingers[1] if neighbour else None
+    return bench_model(own, room, fidelity, _FREE, near, mesh.plate_end)
+
+
+def _meshed(design: Design, mesh: BenchMesh) -> Design:
+    """The design with the facets and the layers of a bench's mesh."""
+    of_grips = meshed_for_grips(design, "3d").mesh
+    layers = math.ceil(mesh.layers * (of_grips.layers or 1))
+    sizes = (mesh.contact * of_grips.contact_size_mm, layers)
+    return with_values(design, dict(zip(_FREE, sizes, strict=True)))
 
 
 def leaning(
@@ -131,14 +170,18 @@ def leaning(
 class BenchModel:
     """A design's model on its bench, where the moves of ``phases`` are played.
 
-    Plates of other fingers are moved in the mesh of ``meshed``, by default the design (see
-    bench_model): the farther, the more the mesh distorts what gages read.
+    Plates of other fingers are moved in the design's mesh (see bench_model).
     """
 
     design: Design
     phases: tuple[Phase, ...]
     fidelity: str = "plane-strain"
-    meshed: Design | None = None
+    mesh: BenchMesh = FINE
+
+    @property
+    def lean_step(self) -> float:
+        """The step of differences by the bench's lean, degrees."""
+        return LEAN_STEP[self.fidelity] * (self.mesh.contact if self.fidelity == "3d" else 1.0)
 
     def curves(self, finger: Design | None = None, lean_deg: float = 0.0) -> BenchCurves:
         """Play the moves on a finger, or on the design. Raises SolverError where the model has no
@@ -149,7 +192,7 @@ class BenchModel:
         """Condense once, and give what plays the moves on a bench that leans, degrees."""
         own = self.design if finger is None else finger
         moved = [phase for phase in self.phases if phase.kind != "quick"]
-        bench = condensed_for(own, moved, self.fidelity, self.meshed or self.design)[1]
+        bench = condensed_for(own, moved, self.fidelity, self.design, self.mesh)[1]
 
         def curves(lean_deg: float) -> BenchCurves:
             with one_thread():
@@ -175,7 +218,11 @@ class SimulatedBench:
 
 
 def simulated_bench(
-    design: Design, faults: Iterable[str], seed: int, fidelity: str = "plane-strain"
+    design: Design,
+    faults: Iterable[str],
+    seed: int,
+    fidelity: str = "plane-strain",
+    mesh: BenchMesh = FINE,
 ) -> SimulatedBench:
     """Play the protocol on a perturbed finger of the design, with its ``[grip.hardware]``.
 
@@ -191,7 +238,7 @@ def simulated_bench(
     own, rng = drawn.design, stream(seed, "noise on a simulated bench")
     hardware, plates = own.rig.hardware, gage_array(own)
     plan = protocol(design)
-    problems = phase_problems(own, plan, fidelity, drawn.object.tilt_deg)
+    problems = phase_problems(own, plan, fidelity, drawn.object.tilt_deg, mesh)
 
     def imperfect(problem: ContactProblem, of: Hardware) -> Plant:
         return ImperfectPlant(CondensedPlant(problem, own.gages.face), of, rng, plates)

@@ -13,9 +13,12 @@ along the slides, F_n by approach, dF_t/dx; m: the same of the condensed model i
 moves. s: the sensors' noise and, in squares, the difference of two meshes of one finger (``MESH``).
 
 Steps are Gauss-Newton's, the Jacobian corrected by each (Broyden). It begins as the design's
-(sensitivities.py); near the finger it is derived again, for a tenth of a millimetre changes the
-columns of places by half, and its mesh is taken. In 3-D derivatives are of a model with half the
-layers, a third of the work; they differ by 5 to 15 %. Columns of gains and touch are exact, that of
+(sensitivities.py) and is derived again near the finger; without that, steps do not end in eight
+rounds. In 3-D the way there and both Jacobians are a coarse model's, which is corrected by what
+the fine one of the design reads more; the last steps are the fine one's. Places' columns differ by
+3 to 6 % between the two. Plates move within the design's mesh: meshed anew, a finger's readings
+change with the last digits of its plates' places by as much as its angles are worth. Columns of
+gains, touch and the rubber's modulus (all moduli multiply the forces) need curves alone. That of
 the lean is a difference: it moves the contact from node to node, and its derivative, with the
 nodes' statuses frozen, is off by a quarter to a third. The covariance is the inverse of
 J^T J / c + I in units of d, with c = max(1, the misfit over its degrees of freedom): a model that
@@ -39,10 +42,10 @@ from fingerdesign.control.bench_curves import BenchCurves, Phase, Points, Slide,
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import (
+    COARSE,
     MOST_LEAN_DEG,
     BenchModel,
     protocol,
-    with_half_the_layers,
 )
 from fingerdesign.sensing.identify.latents import MOST_POISSON, Latent, latents_of, with_latents
 from fingerdesign.sensing.identify.sensitivities import Difference, derived, sensitivities
@@ -50,30 +53,30 @@ from fingerdesign.sensing.identify.sensitivities import Difference, derived, sen
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-# Deviations between two meshes of `sensitive`, in plane strain doubled: along a gage's curve they
-# differ alike, so its points carry less information than as many independent ones. Twice as large,
-# those in 3-D draw angles to the design by 0.24 in place of 0.12 degrees (finger 1 of places.py).
+# Deviations between the model and a fine one of `sensitive`, doubled: along a gage's curve they
+# differ alike, so its points carry less information than as many independent ones. In 3-D they are
+# 0.4 to 0.5 microstrain for the last steps' mesh.
 # Readings, microstrain; responses, microstrain/N; forces, a fraction.
-MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (2.0, 0.5, 0.005)}
-# Errors beyond the covariance, of fifteen drawn fingers, in 3-D of two (four fits): the row as a
-# whole and the lean can hardly be separated (8 micrometres at the crest are a hundredth of a
-# degree).
-ROW = {"plane-strain": {"x": 0.015, "lean": 0.02}, "3d": {"x": 0.04, "lean": 0.05}}
+MESH = {"plane-strain": (1.8, 0.6, 0.004), "3d": (1.0, 0.5, 0.005)}
+# Errors beyond the covariance, of fifteen drawn fingers, in 3-D of four: the row as a whole and the
+# lean can hardly be separated (8 micrometres at the crest are a hundredth of a degree), and in 3-D
+# the rest of the mesh's errors is alike along a gage's curve.
+BEYOND = {
+    "plane-strain": {"x": 0.015, "lean": 0.02},
+    "3d": {"x": 0.01, "y": 0.004, "angle": 0.1, "lean": 0.01},
+}
 _FORCES = 12  # Points of a press that are compared.
 _MOVES = 24  # Moves of a press whose derivatives are taken.
 _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
 _REACH, _ROUNDS = 4.0, 8  # The largest change in standard deviations; steps at most.
-# Steps end where squares would fall by less than these fractions: on the mesh of the design, then
-# on that of the finger found so far.
-_ENOUGH, _HALVINGS = (0.6, 0.1), 4
+# Steps end where squares would fall by less than these fractions: by the design's derivatives, then
+# by those of the finger found so far.
+_ENOUGH, _HALVINGS = (0.6, 0.15), 4
 # Of a slide, points with these shares of its last F_t are compared, and the last: those between
 # repeat them, with the same errors of the mesh.
 _SHARES = (0.4, 0.8)
-_EXACT = ("gain", "touch", "lean")  # Latents whose slopes take no condensation, but fresh curves.
-# The step of the lean's differences, degrees. With 0.15 in plane strain, where nodes are a quarter
-# as far apart, one fit of four is stuck; with 0.035 in 3-D one of two stops too early.
-_LEAN_STEP = {"plane-strain": 0.035, "3d": 0.15}
+_EXACT = ("gain", "touch", "lean", "modulus")  # Latents whose slopes need curves alone.
 _SMALL = 0.25  # The mesh changes a small shear's readings by this fraction of a press's.
 
 
@@ -144,19 +147,22 @@ class _Points:
         """The number of readings, microstrain, among strain's rows; the others are responses."""
         return len(self.press) + sum(map(len, self.tilted))
 
-    def of(self, curves: BenchCurves, touch: float = 0.0) -> tuple[Array, Array]:
-        """Strain (r, g) and scalar (q,), F_n then dF_t/dx, of curves of the same phases."""
+    def of(
+        self, curves: BenchCurves, touch: float = 0.0, stiffer: float = 1.0
+    ) -> tuple[Array, Array]:
+        """Strain (r, g) and scalar (q,), F_n then dF_t/dx, of curves of the same phases. stiffer:
+        all moduli times this, which multiplies forces and leaves readings."""
         own = curves.calibration
-        rows = [own.normal.at(force) for force in self.press]
+        rows = [own.normal.at(force / stiffer) for force in self.press]
         for forces, (_, leant) in zip(self.tilted, curves.tilted, strict=True):
-            rows += [leant.at(force) for force in forces]
-        rows += [own.sticking.at(force) for force in self.sheared]
+            rows += [leant.at(force / stiffer) for force in forces]
+        rows += [own.sticking.at(force / stiffer) / stiffer for force in self.sheared]
         for shears in self.slid:
             side = [each for each in curves.slides if each.shear[-1] * shears[-1] > 0.0]
-            rows += [*side[0].at(shears)]
+            rows += [*(side[0].at(shears) / stiffer)]
         forces = np.interp(self.approach + touch, own.approach, own.normal.normal_force)
-        stiffness = np.interp(self.sheared, own.sticking.normal_force, own.stiffness)
-        return np.array(rows), np.concatenate([forces, stiffness])
+        stiffness = np.interp(self.sheared / stiffer, own.sticking.normal_force, own.stiffness)
+        return np.array(rows), stiffer * np.concatenate([forces, stiffness])
 
 
 @dataclass(frozen=True)
@@ -245,9 +251,12 @@ class _Problem:
         data: _Data,
         latents: Sequence[Latent],
         columns: Array,
+        finer: Sequence[Array | float] = (0.0, 0.0),
     ) -> None:
-        """columns (data, latents): the Jacobian's, of what is derived; else 0."""
+        """columns (data, latents): the Jacobian's, of what is derived; else 0. finer: what a finer
+        model's strain and scalar are more than this model's."""
         self.model, self.data, self.latents, self.columns = model, data, latents, columns
+        self.finer = finer
         self.scale = np.array([each.deviation for each in latents])
         self._kinds = np.array([each.kind for each in latents])
         self._exact = np.isin(self._kinds, _EXACT)
@@ -266,9 +275,18 @@ class _Problem:
         """The latents of a kind, in their unit."""
         return np.asarray((x * self.scale)[self._kinds == kind])
 
+    def played(
+        self, x: Array, lean: float = 0.0, touch: float = 0.0, stiffer: float = 0.0
+    ) -> tuple[Array, Array]:
+        """The model's strain, through gains of 1, and scalar at x, and at a further lean and touch,
+        all moduli larger by the fraction ``stiffer``."""
+        touch += float(self.values(x, "touch").sum())
+        strain, scalar = self.data.where.of(self.curves(x, lean), touch, 1.0 + stiffer)
+        return strain + self.finer[0], scalar + self.finer[1]
+
     def off(self, x: Array) -> tuple[Array, Array]:
         """The model's strain and scalar less the measured ones."""
-        strain, scalar = self.data.where.of(self.curves(x), float(self.values(x, "touch").sum()))
+        strain, scalar = self.played(x)
         return strain * (1.0 + self.values(x, "gain")) - self.data.strain, scalar - self.data.scalar
 
     def residual(self, x: Array) -> Array:
@@ -292,20 +310,26 @@ class _Problem:
 
     def _exact_columns(self, x: Array) -> Array:
         """The Jacobian's columns at x of what takes no condensation, those of the others 0."""
-        strain, own = self.data.where.of(self.curves(x))[0], np.zeros_like(self.columns)
+        own, values = np.zeros_like(self.columns), x * self.scale
         for k, each in enumerate(self.latents):
             if each.kind == "gain" and each.number is not None:
-                rise = np.zeros_like(strain)
-                rise[:, each.number - 1] = strain[:, each.number - 1]
-                own[:, k] = self._weighed(rise, np.zeros_like(self.data.scalar)) * self.scale[k]
-            elif each.kind in ("touch", "lean"):
-                leans = each.kind == "lean"
-                step = _LEAN_STEP[self.model.fidelity] if leans else each.step
-                ways = [(off * leans, off * (not leans)) for off in (-step, step)]
-                both = [self.data.where.of(self.curves(x, lean), touch) for lean, touch in ways]
-                below, above = (self._weighed(*values) for values in both)
-                own[:, k] = (above - below) * self.scale[k] / (2.0 * step)
-        return own
+                rise = np.zeros_like(self.data.strain)
+                rise[:, each.number - 1] = self.played(x)[0][:, each.number - 1]
+                own[:, k] = self._weighed(rise, np.zeros_like(self.data.scalar))
+            elif each.kind == "lean":
+                own[:, k] = self._slope(x, "lean", self.model.lean_step)
+            elif each.kind == "touch":
+                own[:, k] = self._slope(x, "touch", each.step)
+            elif each.kind == "modulus":
+                plates = int(np.flatnonzero(self._kinds == "plate_modulus")[0])
+                alone = (1.0 + values[plates]) * self.columns[:, plates] / self.scale[plates]
+                own[:, k] = (self._slope(x, "stiffer", each.step) - alone) / (1.0 + values[k])
+        return np.asarray(own * self.scale)
+
+    def _slope(self, x: Array, what: str, step: float) -> Array:
+        """Half the difference of what is played at a step below and above x, by the step."""
+        below, above = (self._weighed(*self.played(x, **{what: off})) for off in (-step, step))
+        return np.asarray((above - below) / (2.0 * step))
 
     def _weighed(self, strain: Array, scalar: Array) -> Array:
         own = (strain / self.data.strain_deviation).ravel(), scalar / self.data.scalar_deviation
@@ -361,27 +385,29 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     dead = dead_gages(measured.curves, measured.noise.gage)
     alive = ~np.isin(np.arange(1, gages + 1), dead)
     data = _data(measured, alive)
-    model = BenchModel(design, phases, measured.fidelity)
+    fine = BenchModel(design, phases, measured.fidelity)
+    coarse = replace(fine, mesh=COARSE) if measured.fidelity == "3d" else fine
+    own = cache(fine.curves_by_lean())
+    rough = own if coarse == fine else cache(coarse.curves_by_lean())
+    about = _about_lean(rough, data, report) if tilts else 0.0
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
     plan = [
         replace(_thinned(each), friction_coefficient=friction) for each in protocol(design, tilts)
     ]
-    own = cache(model.curves_by_lean())
-    about = _about_lean(own, data, report) if tilts else 0.0
-    halved = with_half_the_layers(design, measured.fidelity)
-    planned = replace(model, design=halved, phases=tuple(plan))
+    planned = replace(coarse, phases=tuple(plan))
     shaped = [each for each in latents if each.kind not in _EXACT]
-    columns = _columns(data, latents, sensitivities(planned, shaped, about, report))
+    # At whole degrees: few sets of derivatives serve all fingers of a design.
+    columns = _columns(data, latents, sensitivities(planned, shaped, float(round(about)), report))
     start = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
-    problem = _Problem(model, data, latents, columns)
-    report("fitting")
     bounds = _bounds(design, latents)
+    report("fitting")
+    both = zip(data.where.of(own(about)), data.where.of(rough(about)), strict=True)
+    problem = _Problem(coarse, data, latents, columns, [more - less for more, less in both])
     x, _ = _least_squares(problem, start, bounds, _ENOUGH[0])
-    values, lean = x * problem.scale, float(problem.values(x, "lean").sum())
-    near = replace(planned, design=with_latents(halved, latents, values))
-    columns = _columns(data, latents, derived(near, shaped, lean, report))
-    there = replace(model, meshed=with_latents(design, latents, values))
-    problem = _Problem(there, data, latents, columns)
+    near = with_latents(design, latents, x * problem.scale)
+    lean = float(problem.values(x, "lean").sum())
+    columns = _columns(data, latents, derived(planned, near, shaped, lean, report))
+    problem = _Problem(fine, data, latents, columns)
     x, fall = _least_squares(problem, x, bounds, _ENOUGH[1])
     left = problem.residual(x)
     # Squares under their number are noise: no step is needed there.
@@ -451,9 +477,9 @@ def _fitted(
     before = rms(data.where.of(level)[0] - data.strain)
     after = rms(problem.off(x)[0])
     values = x * problem.scale
-    beyond = ROW[problem.model.fidelity]
-    row = np.array([beyond.get(each.kind, 0.0) for each in problem.latents])
-    deviations = np.hypot(np.sqrt(np.diag(covariance)) * problem.scale, row)
+    own = BEYOND[problem.model.fidelity]
+    beyond = np.array([own.get(each.kind, 0.0) for each in problem.latents])
+    deviations = np.hypot(np.sqrt(np.diag(covariance)) * problem.scale, beyond)
     return LatentFit(
         latents=tuple(problem.latents),
         values=values,

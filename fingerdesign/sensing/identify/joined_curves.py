@@ -30,9 +30,10 @@ def joined_calibration(bench: Measured, fit: LatentFit) -> Calibration:
     Raises SolverError where the fitted model has no answer in the bench's moves.
     """
     design, measured = bench.design, bench.curves.calibration
-    plan = [each for each in protocol(design, ()) if each.kind in ("press", "shear")]
+    tilts = [each.tilt_deg for each in bench.phases if each.kind == "tilt"]
     lean, touch = (float(fit.of(kind)[0].sum()) for kind in ("lean", "touch"))
-    model = BenchModel(design, tuple(plan), bench.fidelity).curves(fit.design, lean).calibration
+    whole = BenchModel(design, protocol(design, tilts), bench.fidelity)  # The fit has condensed it.
+    model = whole.curves(fit.design, lean).calibration
     alive = ~np.isin(np.arange(1, len(fit.gages_after) + 1), fit.dead)
     gains = np.where(alive, 1.0 + fit.of("gain")[0], 0.0)
     noise = bench.mean_noise

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -50,7 +50,7 @@ from fingerdesign.version import __version__
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-_FORMAT = 5
+_FORMAT = 6
 _KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration, Slide)}
 
 
@@ -75,7 +75,7 @@ def sensitivities(
     name = f"{sensitivities_key(model, latents, lean_deg)}.npz"
     found = _cached(cache, name)
     if len(found) != 2 * len(latents):
-        found = _differences(model, latents, lean_deg, report)
+        found = _differences(model, model.design, latents, lean_deg, report)
         arrays: dict[str, Array] = {}
         about = packed(tuple(found), arrays)
         cache.put_arrays(name, arrays, about)
@@ -83,10 +83,10 @@ def sensitivities(
 
 
 def derived(
-    model: BenchModel, latents: Sequence[Latent], lean_deg: float, report: Report
+    model: BenchModel, finger: Design, latents: Sequence[Latent], lean_deg: float, report: Report
 ) -> list[Difference]:
-    """The same of one finger: not cached."""
-    return _paired(_differences(model, latents, lean_deg, report), latents)
+    """The same of one finger, in the design's mesh: not cached."""
+    return _paired(_differences(model, finger, latents, lean_deg, report), latents)
 
 
 def _paired(found: Sequence[BenchCurves], latents: Sequence[Latent]) -> list[Difference]:
@@ -104,13 +104,13 @@ def _cached(cache: Cache, name: str) -> list[BenchCurves]:
 
 
 def _differences(
-    model: BenchModel, latents: Sequence[Latent], lean_deg: float, report: Report
+    model: BenchModel, finger: Design, latents: Sequence[Latent], lean_deg: float, report: Report
 ) -> list[BenchCurves]:
-    """Curves of each latent a little below the design's value, then above."""
+    """Curves of each latent a little below the finger's value, then above."""
     report("sensitivities")
-    design = differentiable(model.design)
+    design = differentiable(finger)
     phases = [phase for phase in model.phases if phase.kind != "quick"]
-    condensed, bench = condensed_for(design, phases, model.fidelity)
+    condensed, bench = condensed_for(design, phases, model.fidelity, model.design, model.mesh)
     problems = leaning(bench, design, phases, lean_deg)
     with one_thread():
         paths = [
@@ -210,7 +210,8 @@ def sensitivities_key(model: BenchModel, latents: Sequence[Latent], lean_deg: fl
     ]
     tables = [design.body, design.plates, design.gages, design.mesh, *design.materials.values()]
     content = [
-        *(_FORMAT, __version__, fidelity, MESHED, MOST_LEAN_DEG, moves),
+        *(_FORMAT, __version__, fidelity, astuple(model.mesh)),
+        *(MESHED, MOST_LEAN_DEG, moves),
         [content_digest(each) for each in tables],
         sorted(design.materials),
         [(each.name, each.step) for each in latents],
