@@ -173,6 +173,26 @@ def test_sensitivities_are_differences_of_the_models_own_curves(design):
             assert derived == pytest.approx(own, abs=0.05 * np.abs(own).max())
 
 
+def test_slopes_by_moduli_and_gains_are_those_of_other_fingers(design):
+    """The rubber's takes no model of its own: forces scale with all moduli."""
+    bench = simulated_bench(design, [], 1)
+    model = BenchModel(design, bench.phases)
+    curves = bench_curves(bench.phases, model.curves().calibration.gage_x)
+    measured = Measured(design, bench.phases, curves, Noise(0.5, 0.005))
+    data = bench_fit._data(measured, np.ones(GAGES, bool))
+    latents = [Latent(kind) for kind in ("modulus", "plate_modulus")]
+    latents += [Latent("gain", number) for number in range(1, GAGES + 1)]
+    plates = sensitivities.sensitivities(model, latents[1:2], 0.0, lambda message: None)
+    columns = bench_fit._columns(data, latents, plates)
+    problem = bench_fit._Problem(model, data, latents, columns)
+    x = np.array([0.3, -0.2, *np.zeros(GAGES)])
+    slopes = problem.jacobian(x)
+    for k, step in enumerate((0.2, 0.2, 0.1)):
+        ends = [problem.residual(x + step * side * np.eye(len(x))[k]) for side in (-1.0, 1.0)]
+        own = (ends[1] - ends[0]) / (2.0 * step)
+        assert slopes[:, k] == pytest.approx(own, abs=0.05 * np.abs(own).max())
+
+
 @pytest.mark.slow
 def test_gains_are_as_certain_as_stated_where_plates_are_in_place(design):
     """Errors in stated deviations, 4 gages of 4 fingers: if those are right, the root mean square
