@@ -173,6 +173,17 @@ def test_sensitivities_are_differences_of_the_models_own_curves(design):
             assert derived == pytest.approx(own, abs=0.05 * np.abs(own).max())
 
 
+def test_only_a_finger_that_is_swept_has_meshes_of_its_own():
+    """Facets as fine along both ways would take a tetrahedral mesh of millions."""
+    plan = protocol(load_design("sensitive"))
+    swept, dome = (BenchModel(load_design(name), plan, "3d") for name in ("sensitive", "domed"))
+    assert swept.coarse.mesh.layers < 1.0 < swept.mesh.layers
+    assert swept.coarse.lean_step > 2.0 * swept.lean_step
+    assert dome.coarse == dome
+    assert dome.lean_step == swept.coarse.lean_step
+    assert BenchModel(swept.design, plan).coarse.mesh == swept.mesh
+
+
 def test_slopes_by_moduli_and_gains_are_those_of_other_fingers(design):
     """The rubber's takes no model of its own: forces scale with all moduli."""
     bench = simulated_bench(design, [], 1)

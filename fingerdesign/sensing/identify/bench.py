@@ -30,6 +30,7 @@ from fingerdesign.control.trace import trace_of
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
+from fingerdesign.mesh.make import mesher_name
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.model import against, bench_model, meshed_for_grips
 from fingerdesign.sensing.perturb.faults import ALL
@@ -44,7 +45,7 @@ MOST_LEAN_DEG = 3.0  # The contact's zone covers this lean of the bench itself.
 
 @dataclass(frozen=True)
 class BenchMesh:
-    """A mesh of a bench in 3-D next to that of grips: facets of the contact and elements at the
+    """A swept mesh of a bench next to that of grips: facets of the contact and elements at the
     plates' ends are so many times as long, and there are so many times as many layers."""
 
     contact: float
@@ -130,16 +131,20 @@ def condensed_for(
 ) -> tuple[FiniteElementModel, ContactProblem]:
     """The finger condensed for all surfaces of a bench's phases, and it against a level one.
 
-    The zone, and so the mesh, does not depend on the lean. neighbour: see bench_model; mesh: of it
-    in 3-D.
+    The zone, and so the mesh, does not depend on the lean. neighbour: see bench_model; mesh: of a
+    finger that is swept.
     """
     tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
     room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
-    if fidelity != "3d":
+    if not _is_swept(design, fidelity):
         return bench_model(design, room, fidelity, neighbour=neighbour)
     fingers = [_meshed(each, mesh) for each in (design, neighbour or design)]
     own, near = fingers[0], fingers[1] if neighbour else None
     return bench_model(own, room, fidelity, _FREE, near, mesh.plate_end)
+
+
+def _is_swept(design: Design, fidelity: str) -> bool:
+    return fidelity == "3d" and mesher_name(meshed_for_grips(design, fidelity)) == "sweep"
 
 
 def _meshed(design: Design, mesh: BenchMesh) -> Design:
@@ -181,7 +186,13 @@ class BenchModel:
     @property
     def lean_step(self) -> float:
         """The step of differences by the bench's lean, degrees."""
-        return LEAN_STEP[self.fidelity] * (self.mesh.contact if self.fidelity == "3d" else 1.0)
+        swept = _is_swept(self.design, self.fidelity)
+        return LEAN_STEP[self.fidelity] * (self.mesh.contact if swept else 1.0)
+
+    @property
+    def coarse(self) -> BenchModel:
+        """The coarse model of the same moves; itself where the finger is not swept."""
+        return replace(self, mesh=COARSE) if _is_swept(self.design, self.fidelity) else self
 
     def curves(self, finger: Design | None = None, lean_deg: float = 0.0) -> BenchCurves:
         """Play the moves on a finger, or on the design. Raises SolverError where the model has no

@@ -42,7 +42,6 @@ from fingerdesign.control.bench_curves import BenchCurves, Phase, Points, Slide,
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import (
-    COARSE,
     MOST_LEAN_DEG,
     BenchModel,
     protocol,
@@ -386,7 +385,7 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     alive = ~np.isin(np.arange(1, gages + 1), dead)
     data = _data(measured, alive)
     fine = BenchModel(design, phases, measured.fidelity)
-    coarse = replace(fine, mesh=COARSE) if measured.fidelity == "3d" else fine
+    coarse = fine.coarse
     own = cache(fine.curves_by_lean())
     rough = own if coarse == fine else cache(coarse.curves_by_lean())
     about = _about_lean(rough, data, report) if tilts else 0.0
