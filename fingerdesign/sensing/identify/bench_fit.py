@@ -222,6 +222,12 @@ def _thinned(phase: Phase) -> Phase:
     return replace(phase, points=Points(*(getattr(points, f.name)[some] for f in fields(Points))))
 
 
+def _planned(design: Design, tilts: Sequence[float], friction: float) -> tuple[Phase, ...]:
+    """The protocol's phases, as far as derivatives need them, at the bench's friction."""
+    plan = protocol(design, tilts)
+    return tuple(replace(_thinned(each), friction_coefficient=friction) for each in plan)
+
+
 def small_pulls(phases: Sequence[Phase], count: int) -> tuple[Array, Array]:
     """F_t, N, and shear, mm, of the ``count`` deepest small shears (k,), by depth."""
     last = [
@@ -390,10 +396,7 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     rough = own if coarse == fine else cache(coarse.curves_by_lean())
     about = _about_lean(rough, data, report) if tilts else 0.0
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
-    plan = [
-        replace(_thinned(each), friction_coefficient=friction) for each in protocol(design, tilts)
-    ]
-    planned = replace(coarse, phases=tuple(plan))
+    planned = replace(coarse, phases=_planned(design, tilts, friction))
     shaped = [each for each in latents if each.kind not in _EXACT]
     # At whole degrees: few sets of derivatives serve all fingers of a design.
     columns = _columns(data, latents, sensitivities(planned, shaped, float(round(about)), report))
