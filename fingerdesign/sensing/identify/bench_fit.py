@@ -13,11 +13,12 @@ along the slides, F_n by approach, dF_t/dx; m: the same of the condensed model i
 moves. s: the sensors' noise and, in squares, the difference of two meshes of one finger (``MESH``).
 
 Steps are Gauss-Newton's, the Jacobian corrected by each (Broyden). It begins as the design's
-(sensitivities.py) and is derived again near the finger; without that, steps do not end in eight
-rounds. In 3-D the way there and both Jacobians are a coarse model's, which is corrected by what
-the fine one of the design reads more; the last steps are the fine one's. Places' columns differ by
-3 to 6 % between the two. Plates move within the design's mesh: meshed anew, a finger's readings
-change with the last digits of its plates' places by as much as its angles are worth. Columns of
+(sensitivities.py) and is derived again near the finger; without that, one fit of two does not end
+in eight rounds. In 3-D the way there and both Jacobians are a coarse model's, which is corrected by
+what the fine one of the design reads more; the last steps are the fine one's. Places' columns
+differ by 3 to 6 % between the two. Plates move within the design's mesh: meshed anew, a finger's
+readings change with the last digits of its plates' places by as much as its angles are worth.
+Columns of
 gains, touch and the rubber's modulus (all moduli multiply the forces) need curves alone. That of
 the lean is a difference: it moves the contact from node to node, and its derivative, with the
 nodes' statuses frozen, is off by a quarter to a third. The covariance is the inverse of
@@ -70,7 +71,8 @@ _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to t
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
 _REACH, _ROUNDS = 4.0, 8  # The largest change in standard deviations; steps at most.
 # Steps end where squares would fall by less than these fractions: by the design's derivatives, then
-# by those of the finger found so far.
+# by those of the finger found so far. In 3-D a step takes 20 s: with 15 % three of four fingers end
+# after two.
 _ENOUGH, _HALVINGS = (0.6, 0.15), 4
 # Of a slide, points with these shares of its last F_t are compared, and the last: those between
 # repeat them, with the same errors of the mesh.
