@@ -18,10 +18,9 @@ in eight rounds. In 3-D the way there and both Jacobians are a coarse model's, w
 what the fine one of the design reads more; the last steps are the fine one's. Places' columns
 differ by 3 to 6 % between the two. Plates move within the design's mesh: meshed anew, a finger's
 readings change with the last digits of its plates' places by as much as its angles are worth.
-Columns of
-gains, touch and the rubber's modulus (all moduli multiply the forces) need curves alone. That of
-the lean is a difference: it moves the contact from node to node, and its derivative, with the
-nodes' statuses frozen, is off by a quarter to a third. The covariance is the inverse of
+Columns of gains, touch and the rubber's modulus (all moduli multiply the forces) need curves alone.
+That of the lean is a difference: it moves the contact from node to node, and its derivative, with
+the nodes' statuses frozen, is off by a quarter to a third. The covariance is the inverse of
 J^T J / c + I in units of d, with c = max(1, the misfit over its degrees of freedom): a model that
 does not fit gives less. A lean of the bench moves the contact by plates: it is found first, and
 sensitivities are those there. Cross-talk and the force cells' gains are not fitted: they change the
