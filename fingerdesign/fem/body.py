@@ -92,20 +92,21 @@ class CondensedBody:
 
 
 def condense_body(
-    body: Body, readouts: Sequence[sp.csr_matrix] = (), store: bool = False
+    body: Body,
+    readouts: Sequence[sp.csr_matrix] = (),
+    store: bool = False,
+    trace: ContactTrace | None = None,
 ) -> CondensedBody:
     """Assemble, factor once and read off all answers, or load stored ones.
 
     readouts: blocks of rows (r, n dim), each a linear functional of the nodal displacements; store:
-    use stored answers and store these. Raises SolverError where the body can move as a whole, has
+    use stored answers and store these; trace: on which, by default that of the body's own contact
+    facets. Raises SolverError where the body can move as a whole, has
     no contact facet, or is unsound itself.
     """
     check_sound(body)
     start = time.perf_counter()
-    trace = contact_trace(body.mesh.points, body.contact, body.thickness)
-    if body.project is not None:  # gaps are measured from the exact surface
-        points = body.project(trace.surface.points)
-        trace = replace(trace, surface=replace(trace.surface, points=points))
+    trace = _own_trace(body) if trace is None else trace
     rows = [trace.operator, *readouts]
     modulus = float(body.youngs_modulus[0]) if body.attached is None else 1.0  # sheets: their own
     key = _key(body, modulus, rows) if store else ""
@@ -132,6 +133,14 @@ def condense_body(
         timings=timings,
         stored=(key, modulus),
     )
+
+
+def _own_trace(body: Body) -> ContactTrace:
+    trace = contact_trace(body.mesh.points, body.contact, body.thickness)
+    if body.project is None:
+        return trace
+    points = body.project(trace.surface.points)  # Gaps are measured from the exact surface.
+    return replace(trace, surface=replace(trace.surface, points=points))
 
 
 def _answered(

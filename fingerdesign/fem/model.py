@@ -16,10 +16,11 @@ from fingerdesign.design.schema import Design
 from fingerdesign.fem.bars import bar_stiffness
 from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows, strain_rows
-from fingerdesign.fem.reduction import reduced_model
+from fingerdesign.fem.reduction import decouple, reduced_model
 from fingerdesign.fem.sheet import sheet_stiffness
 from fingerdesign.fem.system import Body
 from fingerdesign.fem.thermal import thermal_loads
+from fingerdesign.fem.trace import on_another
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import surface_of
@@ -123,6 +124,26 @@ def build_model(
     timings = dict(condensed.timings)
     timings["condense"] += read
     return FiniteElementModel(reduced, condensed, timings)
+
+
+def reduced_onto(design: Design, mesh: Mesh, model: FiniteElementModel) -> ReducedModel:
+    """The reduced model of a finger's mesh on the contact nodes of a model of another mesh.
+
+    Both are swept. Answers are used again and stored."""
+    trace, frames = on_another(model.condensed.trace, model.mesh, mesh), plate_frames(design)
+    gages = gage_rows(mesh, frames, design.gages, design.gage_weights)
+    body = body_of(design, mesh, mesh.facets["contact"])
+    condensed = condense_body(body, [gages], store=True, trace=trace)
+    compliance = condensed.compliance.copy()
+    decouple(compliance, model.reduced.locked.reshape(-1))
+    positions = gage_positions(frames, design.gages)
+    return replace(
+        model.reduced,
+        compliance=compliance,
+        gage_readout=condensed.readouts[0],
+        gage_positions=positions,
+        gage_x=places_along_x(frames, positions),
+    )
 
 
 def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:

@@ -49,7 +49,7 @@ def reduced_model(
     if locked.all():
         raise SolverError("every contact node is fixed: none can yield to a contact force")
     compliance = condensed.compliance.copy()
-    _decouple(compliance, locked.reshape(-1))
+    decouple(compliance, locked.reshape(-1))
     check_balance(condensed.reaction, locked, nodes)
     factor = 2 if mesh.symmetric else 1
     if depth is None:
@@ -82,7 +82,7 @@ def reduced_model(
     )
 
 
-def _decouple(compliance: Array, locked: BoolArray) -> None:
+def decouple(compliance: Array, locked: BoolArray) -> None:
     """Give locked components a compliance of their own, so that their force comes out zero."""
     compliance[locked] = 0.0
     compliance[:, locked] = 0.0

@@ -9,7 +9,7 @@ and its transpose spreads a nodal force f_i as the traction f_i phi_i / a_i. Sou
 quadratic/linear pair of mortar contact (Puso, Laursen, Solberg, CMAME 197 (2008) 555).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -133,6 +133,37 @@ def contact_trace(points: Array, facets: IntArray, thickness: float = 1.0) -> Co
     if kind is SQUARE:
         local, facet_areas = _halved(points[nodes], local, facet_areas)
     return ContactTrace(nodes, local, facet_areas, areas, operator, surface)
+
+
+def on_another(trace: ContactTrace, own: Mesh, other: Mesh) -> ContactTrace:
+    """The trace on ``own``, read off the displacements of another mesh of the same surface.
+
+    Both are swept: nodes of the surface lie in rows along x and z, and displacements are quadratic
+    over each three of a row. The nodes remain those of ``own``.
+    """
+    seen, known = (np.unique(mesh.facets["contact"]) for mesh in (own, other))
+    weights = np.ones((len(seen), len(known)))
+    for axis in (0, 2):
+        at, rows = (np.round(m.points[n, axis], 9) for m, n in ((own, seen), (other, known)))
+        stations, row = np.unique(rows, return_inverse=True)
+        weights *= _quadratic(stations, at)[:, row.ravel()]
+    place = sp.csr_matrix(weights).tocoo()
+    shape = (len(own.points), len(other.points))
+    scalar = sp.coo_matrix((place.data, (seen[place.row], known[place.col])), shape)
+    moved = sp.kron(scalar, sp.identity(other.dimension), format="csr")
+    return replace(trace, operator=sp.csr_matrix(trace.operator @ moved))
+
+
+def _quadratic(stations: Array, at: Array) -> Array:
+    """Weights (k, n) by which values at n stations, rising, give those at places (k,)."""
+    last = len(stations) // 2 - 1
+    first = 2 * np.clip(np.searchsorted(stations[::2], at, side="right") - 1, 0, last)
+    three = np.array([stations[first + k] for k in range(3)])
+    weights = np.zeros((len(at), len(stations)))
+    for k, own in enumerate(three):
+        others = np.delete(three, k, axis=0)
+        weights[np.arange(len(at)), first + k] = np.prod((at - others) / (own - others), axis=0)
+    return weights
 
 
 def _halved(points: Array, squares: IntArray, areas: Array) -> tuple[IntArray, Array]:

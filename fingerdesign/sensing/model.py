@@ -21,6 +21,7 @@ free end are to blame.
 
 import math
 from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -33,7 +34,7 @@ from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.fem.model import FiniteElementModel
+from fingerdesign.fem.model import FiniteElementModel, reduced_onto
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone, candidate_zone
 from fingerdesign.mesh.make import mesher_name
@@ -41,6 +42,7 @@ from fingerdesign.mesh.moved import with_plates_moved
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.plates import extruded_sizes
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.reduced import ReducedModel
 
 CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
 GRADATION = 0.4
@@ -88,29 +90,51 @@ def bench_problem(
     fixed_keys: Collection[str] = (),
     neighbour: Design | None = None,
 ) -> ContactProblem:
-    """The problem of :func:`bench_model`."""
-    return bench_model(design, objects, fidelity, fixed_keys, neighbour)[1]
+    """The problem of a :class:`BenchFinger`."""
+    return BenchFinger(design, tuple(objects), fidelity, fixed_keys, neighbour).model()[1]
 
 
-def bench_model(
-    design: Design,
-    objects: Iterable[SceneObject],
-    fidelity: str,
-    fixed_keys: Collection[str] = (),
-    neighbour: Design | None = None,
-    plate_end: float = 1.0,
-) -> tuple[FiniteElementModel, ContactProblem]:
-    """Condense a finger and pose it against the plane of its bench.
+@dataclass(frozen=True)
+class BenchFinger:
+    """A finger on its bench, with contact nodes for the objects that it will grip.
 
-    It has contact nodes for the objects that it will grip; fixed_keys: see meshed_for_grips.
-    neighbour: a finger of the same body with other places of its flat plates. Its mesh is used and
-    the plates in it are moved, so that both fingers compare without the difference of two meshes.
-    plate_end: of the usual size of a swept section's elements at the plates' ends.
+    fixed_keys: see meshed_for_grips. neighbour: a finger of the same body with other places of its
+    flat plates. Its mesh is used and the plates in it are moved, so that both fingers compare
+    without the difference of two meshes. plate_end: of the usual size of a swept section's elements
+    at the plates' ends.
     """
-    case = _case(design, fidelity, fixed_keys=fixed_keys)
-    near = None if neighbour is None else _case(neighbour, fidelity, fixed_keys=fixed_keys)
-    made = partial(_mesh_of, plate_end=plate_end)
-    return _condensed(case, case.gage_array, lambda message: None, objects, near, made)
+
+    design: Design
+    objects: tuple[SceneObject, ...]
+    fidelity: str
+    fixed_keys: Collection[str] = ()
+    neighbour: Design | None = None
+    plate_end: float = 1.0
+
+    def _case_of(self, design: Design) -> Case:
+        return _case(design, self.fidelity, fixed_keys=self.fixed_keys)
+
+    def _meshed(self) -> tuple[Case, Zone, Mesh]:
+        case, near = self._case_of(self.design), self.neighbour
+        made = partial(_mesh_of, plate_end=self.plate_end)
+        neighbour = None if near is None else self._case_of(near)
+        return case, *_meshed(case, lambda message: None, self.objects, neighbour, made)
+
+    def model(self) -> tuple[FiniteElementModel, ContactProblem]:
+        """Condense the finger, and pose it against the plane of its bench."""
+        case, zone, mesh = self._meshed()
+        return _posed(case, zone, mesh, case.gage_array)
+
+    def onto(self, fine: FiniteElementModel) -> ReducedModel:
+        """Condense the finger onto the contact nodes of a model of another mesh; both are swept."""
+        case, _, mesh = self._meshed()
+        return reduced_onto(case.design, mesh, fine).with_gages(case.gage_array)
+
+
+def against_plane(model: ReducedModel, design: Design) -> ContactProblem:
+    """Pose a finger against the fundamental scene's plane, with the bench's friction."""
+    rigid = object_at_touch(fundamental_scene().object, design.body)
+    return contact_problem(model, rigid, design.grip.bench_friction_coefficient)
 
 
 def against(bench: ContactProblem, met: SceneObject, design: Design) -> ContactProblem:
@@ -190,11 +214,21 @@ def _condensed(
     case: Case,
     gages: tuple[int, ...],
     report: Callable[[str], None],
+    made: Callable[[Case, Zone], Mesh] = _mesh_of,
+) -> tuple[FiniteElementModel, ContactProblem]:
+    zone, mesh = _meshed(case, report, made=made)
+    report(f"condensing {len(mesh.cells)} elements")
+    return _posed(case, zone, mesh, gages)
+
+
+def _meshed(
+    case: Case,
+    report: Callable[[str], None],
     objects: Iterable[SceneObject] = (),
     neighbour: Case | None = None,
     made: Callable[[Case, Zone], Mesh] = _mesh_of,
-) -> tuple[FiniteElementModel, ContactProblem]:
-    """Condense against the fundamental scene's plane; the zone covers each of ``objects`` too."""
+) -> tuple[Zone, Mesh]:
+    """The zone covers the fundamental scene's plane and each of ``objects``."""
     design, scene = case.design, fundamental_scene()
     reach = design.grip.max_approach_mm
     zones = [candidate_zone(design, scene.object, reach)]
@@ -207,8 +241,12 @@ def _condensed(
         mesh = with_plates_moved(mesh, plate_frames(neighbour.design), plate_frames(design))
     if mesh is None:
         mesh = made(case, zone)
-    report(f"condensing {len(mesh.cells)} elements")
-    model = condense(design, mesh, zone, scene)
-    rigid = object_at_touch(scene.object, design.body)
-    friction = design.grip.bench_friction_coefficient
-    return model, contact_problem(model.reduced.with_gages(gages), rigid, friction)
+    return zone, mesh
+
+
+def _posed(
+    case: Case, zone: Zone, mesh: Mesh, gages: tuple[int, ...]
+) -> tuple[FiniteElementModel, ContactProblem]:
+    """Condense a mesh, and pose it against the fundamental scene's plane."""
+    model = condense(case.design, mesh, zone, fundamental_scene())
+    return model, against_plane(model.reduced.with_gages(gages), case.design)

@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from functools import partial
 from unittest.mock import patch
 
 import numpy as np
@@ -22,9 +23,13 @@ from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import Trace
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.sensing.identify import bench_fit, sensitivities
+from fingerdesign.sensing.identify import bench_fit
 from fingerdesign.sensing.identify.bench import (
+    COARSE,
+    FINE,
     BenchModel,
+    bench_finger,
+    condensed_for,
     phase_problems,
     protocol,
     simulated_bench,
@@ -32,6 +37,7 @@ from fingerdesign.sensing.identify.bench import (
 from fingerdesign.sensing.identify.bench_fit import Measured, Noise, fit_latents
 from fingerdesign.sensing.identify.bench_report import write_measured
 from fingerdesign.sensing.identify.latents import Latent, with_latents
+from fingerdesign.sensing.identify.sensitivities import differences
 from fingerdesign.sensing.train.result import finger_key
 from tests.sensing.conftest import FINGER
 from tests.support.pages import DOCS, blocks, run_python
@@ -42,8 +48,8 @@ gage_noise_microstrain = 0.5
 force_noise_N = 0.005
 """
 # Bench and fit share their mesh: it may be coarse.
-COARSE = "[mesh.section]\ncontact_size_mm = 0.4\nplate_size_mm = 0.5\nfar_size_mm = 3.0\n"
-SOFT = FINGER[: FINGER.index("[mesh.section]")] + f"preload_mm = 0.02{HARDWARE}{COARSE}"
+SIZES = "[mesh.section]\ncontact_size_mm = 0.4\nplate_size_mm = 0.5\nfar_size_mm = 3.0\n"
+SOFT = FINGER[: FINGER.index("[mesh.section]")] + f"preload_mm = 0.02{HARDWARE}{SIZES}"
 GAGES = 4
 
 
@@ -157,7 +163,7 @@ def test_sensitivities_are_differences_of_the_models_own_curves(design):
     plan = protocol(design, (2.0,))
     model = BenchModel(design, (*plan[:3], plan[-1]))  # pressed, sheared twice, pressed at a tilt
     latents = [Latent("x", 2), Latent("angle", 1), Latent("modulus")]
-    found = sensitivities.sensitivities(model, latents, 0.5, lambda message: None)
+    found = differences(model, design, latents, 0.5, lambda message: None)
     for latent, slope in zip(latents, found, strict=True):
         low, high = (
             model.curves(with_latents(design, [latent], np.array([side * latent.step])), 0.5)
@@ -177,11 +183,42 @@ def test_only_a_finger_that_is_swept_has_meshes_of_its_own():
     """Facets as fine along both ways would take a tetrahedral mesh of millions."""
     plan = protocol(load_design("sensitive"))
     swept, dome = (BenchModel(load_design(name), plan, "3d") for name in ("sensitive", "domed"))
-    assert swept.coarse.mesh.layers < 1.0 < swept.mesh.layers
-    assert swept.coarse.lean_step > 2.0 * swept.lean_step
-    assert dome.coarse == dome
-    assert dome.lean_step == swept.coarse.lean_step
-    assert BenchModel(swept.design, plan).coarse.mesh == swept.mesh
+    assert dome.lean_step > 2.0 * swept.lean_step
+    sizes = [
+        {
+            bench_finger(load_design(name), plan, "3d", mesh=mesh).design.mesh.contact_size_mm
+            for mesh in (FINE, COARSE)
+        }
+        for name in ("sensitive", "domed")
+    ]
+    assert [len(each) for each in sizes] == [2, 1]
+
+
+@pytest.mark.slow
+def test_a_coarse_mesh_with_the_designs_fine_contact_reads_what_a_fine_one_does():
+    """Readings of a softer finger, whose plates are off. Its coarse mesh alone is off by 1 %."""
+    values = {"plates.count": 3, "grip.max_approach_mm": 0.2, "mesh.contact_size_mm": 0.8}
+    design = with_values(load_design("maeno2000"), values)
+    finger = with_latents(
+        design,
+        [Latent("x", 1), Latent("y", 1), Latent("angle", 2), Latent("modulus")],
+        np.array([0.06, -0.06, 0.8, -0.1]),
+    )
+    model = BenchModel(design, protocol(design)[:3], "3d")
+    own = model.curves(finger).calibration.normal
+    fine, coarse = (
+        model.played_on(condensed_for(finger, model.phases, "3d", design, mesh)[1], finger)(0.0)
+        for mesh in (FINE, COARSE)
+    )
+    true, alone = (each.calibration.normal for each in (fine, coarse))
+    forces = np.linspace(0.3, 1.0, 6) * true.normal_force[-1]
+    most = np.abs(true.readings).max()
+    off, missed = (
+        max(np.abs(each.at(f) - true.at(f)).max() for f in forces) / most for each in (own, alone)
+    )
+    assert off < 0.005
+    assert missed > 3.0 * off
+    assert own.normal_force == pytest.approx(true.normal_force, rel=3e-3)
 
 
 def test_slopes_by_moduli_and_gains_are_those_of_other_fingers(design):
@@ -193,10 +230,10 @@ def test_slopes_by_moduli_and_gains_are_those_of_other_fingers(design):
     data = bench_fit._data(measured, np.ones(GAGES, bool))
     latents = [Latent(kind) for kind in ("modulus", "plate_modulus")]
     latents += [Latent("gain", number) for number in range(1, GAGES + 1)]
-    plates = sensitivities.sensitivities(model, latents[1:2], 0.0, lambda message: None)
-    columns = bench_fit._columns(data, latents, plates)
-    problem = bench_fit._Problem(model, data, latents, columns)
+    derive = partial(differences, model, report=lambda message: None)
+    problem = bench_fit._Problem(model, data, latents, derive)
     x = np.array([0.3, -0.2, *np.zeros(GAGES)])
+    problem.derive(x)
     slopes = problem.jacobian(x)
     for k, step in enumerate((0.2, 0.2, 0.1)):
         ends = [problem.residual(x + step * side * np.eye(len(x))[k]) for side in (-1.0, 1.0)]
@@ -254,20 +291,15 @@ def test_a_plate_that_lies_off_is_found_and_the_estimator_is_this_fingers(
 
 
 @pytest.mark.slow
-def test_sensitivities_are_cached_and_a_dead_gage_is_named(design, measured):
+def test_a_dead_gage_is_named(design, measured):
     phases = read_bench(measured, GAGES)
     x = [each.x for each in plate_frames(design)]
-    fit_latents(Measured(design, phases, bench_curves(phases, np.array(x)), Noise(0.5, 0.005)))
     dead = []
     for each in phases:
         readings = each.points.readings.copy()
         readings[:, 1] = 0.0
         dead.append(replace(each, points=replace(each.points, readings=readings)))
-    derive = sensitivities._differences
-    with patch.object(sensitivities, "_differences", side_effect=derive) as seen:
-        curves = bench_curves(dead, np.array(x))
-        fit = fit_latents(Measured(design, dead, curves, Noise(0.5, 0.005)))
-    assert seen.call_count == 1  # of the finger that was found: those of the design are cached
+    fit = fit_latents(Measured(design, dead, bench_curves(dead, np.array(x)), Noise(0.5, 0.005)))
     assert fit.dead == (2,)
     values, deviations = fit.of("gain")
     assert (values[1], deviations[1]) == pytest.approx((0.0, 0.03))

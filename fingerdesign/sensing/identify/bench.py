@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,8 +31,9 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.mesh.make import mesher_name
+from fingerdesign.reduced import ReducedModel
 from fingerdesign.runtime.streams import stream
-from fingerdesign.sensing.model import against, bench_model, meshed_for_grips
+from fingerdesign.sensing.model import BenchFinger, against, against_plane, meshed_for_grips
 from fingerdesign.sensing.perturb.faults import ALL
 from fingerdesign.sensing.perturb.finger import perturb
 
@@ -46,24 +47,33 @@ MOST_LEAN_DEG = 3.0  # The contact's zone covers this lean of the bench itself.
 @dataclass(frozen=True)
 class BenchMesh:
     """A swept mesh of a bench next to that of grips: facets of the contact and elements at the
-    plates' ends are so many times as long, and there are so many times as many layers."""
+    plates' ends are so many times as long, and there are so many times as many layers. growth: of
+    their heights toward the gages at z = 0, a layer."""
 
     contact: float
     layers: float
     plate_end: float
+    growth: float = 1.0
 
 
 # Readings of two drawn fingers of `sensitive`, in the design's mesh with its plates moved, against
 # facets of 0.075 mm, six layers and ends of an eighth: RMS in microstrain after a gain for each
 # gage, and processor time.
 #     facets  layers  ends
-#     0.2 mm  3       0.5     1.2; 1.5    10 s    COARSE has facets of 0.4 mm
+#     0.2 mm  3       0.5     1.2; 1.5    10 s
 #     0.4     4       0.5     1.1; 1.3    13      as grips, but for the ends
 #     0.15    4       0.5     0.6; 0.8    16
 #     0.15    4       0.25    0.6; 0.8    21
 #     0.15    5       0.35    0.4; 0.5    26      FINE
 #     0.15    6       0.25    0.5; 0.5    40
-FINE, COARSE = BenchMesh(0.375, 1.25, 0.35), BenchMesh(1.0, 0.75, 0.5)
+# A coarse mesh with the design's fine contact, facets of 0.4 mm (0.8 mm reads the same):
+#     2 layers        0.5     1.4; 1.6     4
+#     3               0.5     0.6; 0.9     6
+#     3               0.35    0.5; 0.8     7
+#     3, growing      0.35    0.6; 0.6     7      COARSE: gains are nearer, too
+# ROUGH is for slopes and for the bench's lean.
+FINE, COARSE = BenchMesh(0.375, 1.25, 0.35), BenchMesh(1.0, 0.75, 0.35, 0.7)
+ROUGH = BenchMesh(1.0, 0.5, 0.5)
 # The step of differences by the lean, degrees: a third of a degree a millimetre of the facets. By a
 # larger one the fit takes more steps; by 0.035 with facets of 0.4 mm it stopped too early.
 LEAN_STEP = {"plane-strain": 0.035, "3d": 0.15}
@@ -73,7 +83,8 @@ _SLIDE, _SLIDES = 6.0, 15  # The slide: its length over friction x depth, its mo
 _TILT_DEPTH, _TILTS = 0.6, 20  # The tilted press: depth over the stage's travel, moves.
 _QUICK = 40  # The quick press has so many samples beyond the hardware's delay.
 _AT_REST, _POINTS_A_SECOND = 100, 1.0  # Each point is the mean of so many samples.
-_FREE = ("mesh.contact_size_mm", "mesh.layers")  # Keys that a bench's mesh sets.
+# Keys that a bench's mesh sets.
+_FREE = ("mesh.contact_size_mm", "mesh.layers", "mesh.layer_growth")
 
 
 def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phase, ...]:
@@ -129,18 +140,28 @@ def condensed_for(
     neighbour: Design | None = None,
     mesh: BenchMesh = FINE,
 ) -> tuple[FiniteElementModel, ContactProblem]:
-    """The finger condensed for all surfaces of a bench's phases, and it against a level one.
+    """The finger condensed for all surfaces of a bench's phases, and it against a level one."""
+    return bench_finger(design, phases, fidelity, neighbour, mesh).model()
 
-    The zone, and so the mesh, does not depend on the lean. neighbour: see bench_model; mesh: of a
+
+def bench_finger(
+    design: Design,
+    phases: Sequence[Phase],
+    fidelity: str,
+    neighbour: Design | None = None,
+    mesh: BenchMesh = FINE,
+) -> BenchFinger:
+    """The finger with contact nodes for all surfaces of a bench's phases.
+
+    The zone, and so the mesh, does not depend on the lean. neighbour: see BenchFinger; mesh: of a
     finger that is swept.
     """
     tilts = [abs(phase.tilt_deg) for phase in phases if phase.kind == "tilt"]
-    room = [SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG)] if tilts else []
+    room = (SceneObject(tilt_deg=max(tilts) + MOST_LEAN_DEG),) if tilts else ()
     if not _is_swept(design, fidelity):
-        return bench_model(design, room, fidelity, neighbour=neighbour)
-    fingers = [_meshed(each, mesh) for each in (design, neighbour or design)]
-    own, near = fingers[0], fingers[1] if neighbour else None
-    return bench_model(own, room, fidelity, _FREE, near, mesh.plate_end)
+        return BenchFinger(design, room, fidelity, neighbour=neighbour)
+    own, near = _meshed(design, mesh), neighbour and _meshed(neighbour, mesh)
+    return BenchFinger(own, room, fidelity, _FREE, near, mesh.plate_end)
 
 
 def _is_swept(design: Design, fidelity: str) -> bool:
@@ -151,7 +172,7 @@ def _meshed(design: Design, mesh: BenchMesh) -> Design:
     """The design with the facets and the layers of a bench's mesh."""
     of_grips = meshed_for_grips(design, "3d").mesh
     layers = math.ceil(mesh.layers * (of_grips.layers or 1))
-    sizes = (mesh.contact * of_grips.contact_size_mm, layers)
+    sizes = (mesh.contact * of_grips.contact_size_mm, layers, mesh.growth)
     return with_values(design, dict(zip(_FREE, sizes, strict=True)))
 
 
@@ -175,24 +196,57 @@ def leaning(
 class BenchModel:
     """A design's model on its bench, where the moves of ``phases`` are played.
 
-    Plates of other fingers are moved in the design's mesh (see bench_model).
+    Plates of other fingers are moved in the design's mesh (see BenchFinger). A finger that is swept
+    has a coarse mesh and the design's fine contact: what a coarse mesh misses is nearly the same of
+    both. With C the compliance, or readouts, at the fine contact's nodes, E the rubber's modulus,
+    f and c the meshes, ' of the design,
+
+        C = C_c + (C_f' - C_c') E' / E
     """
 
     design: Design
     phases: tuple[Phase, ...]
     fidelity: str = "plane-strain"
-    mesh: BenchMesh = FINE
+
+    @property
+    def moved(self) -> tuple[Phase, ...]:
+        """The phases whose moves are played."""
+        return tuple(phase for phase in self.phases if phase.kind != "quick")
 
     @property
     def lean_step(self) -> float:
         """The step of differences by the bench's lean, degrees."""
-        swept = _is_swept(self.design, self.fidelity)
-        return LEAN_STEP[self.fidelity] * (self.mesh.contact if swept else 1.0)
+        return LEAN_STEP[self.fidelity] * (FINE.contact if self._swept else 1.0)
 
     @property
-    def coarse(self) -> BenchModel:
-        """The coarse model of the same moves; itself where the finger is not swept."""
-        return replace(self, mesh=COARSE) if _is_swept(self.design, self.fidelity) else self
+    def _swept(self) -> bool:
+        return _is_swept(self.design, self.fidelity)
+
+    @cached_property
+    def _fine(self) -> FiniteElementModel:
+        return condensed_for(self.design, self.moved, self.fidelity)[0]
+
+    @cached_property
+    def _missed(self) -> tuple[Array, Array]:
+        """What the coarse mesh misses of the design: compliance and readouts."""
+        fine = self._fine.reduced.with_gages(gage_array(self.design))
+        own = self._coarse(self.design)
+        return fine.compliance - own.compliance, fine.gage_readout - own.gage_readout
+
+    def _coarse(self, finger: Design) -> ReducedModel:
+        own = bench_finger(finger, self.moved, self.fidelity, self.design, COARSE)
+        return own.onto(self._fine)
+
+    def bench(self, finger: Design) -> ContactProblem:
+        """Condense a finger and pose it against a level bench."""
+        if not self._swept:
+            return condensed_for(finger, self.moved, self.fidelity, self.design)[1]
+        own, missed = self._coarse(finger), self._missed
+        moduli = [each.material_of("body").youngs_modulus_MPa for each in (self.design, finger)]
+        more = [moduli[0] / moduli[1] * each for each in missed]
+        compliance, readout = own.compliance + more[0], own.gage_readout + more[1]
+        model = replace(own, compliance=compliance, gage_readout=readout)
+        return against_plane(model, finger)
 
     def curves(self, finger: Design | None = None, lean_deg: float = 0.0) -> BenchCurves:
         """Play the moves on a finger, or on the design. Raises SolverError where the model has no
@@ -202,8 +256,16 @@ class BenchModel:
     def curves_by_lean(self, finger: Design | None = None) -> Callable[[float], BenchCurves]:
         """Condense once, and give what plays the moves on a bench that leans, degrees."""
         own = self.design if finger is None else finger
-        moved = [phase for phase in self.phases if phase.kind != "quick"]
-        bench = condensed_for(own, moved, self.fidelity, self.design, self.mesh)[1]
+        return self.played_on(self.bench(own), own)
+
+    def rough_curves_by_lean(self) -> Callable[[float], BenchCurves]:
+        """The same of the design in the rough mesh alone."""
+        rough = condensed_for(self.design, self.moved, self.fidelity, mesh=ROUGH)[1]
+        return self.played_on(rough, self.design)
+
+    def played_on(self, bench: ContactProblem, own: Design) -> Callable[[float], BenchCurves]:
+        """What plays the moves on a condensed finger, on a bench that leans, degrees."""
+        moved = self.moved
 
         def curves(lean_deg: float) -> BenchCurves:
             with one_thread():

@@ -12,12 +12,11 @@ y: readings pressed and tilted at a few normal forces, responses to F_t where al
 along the slides, F_n by approach, dF_t/dx; m: the same of the condensed model in the phases' own
 moves. s: the sensors' noise and, in squares, the difference of two meshes of one finger (``MESH``).
 
-Steps are Gauss-Newton's, the Jacobian corrected by each (Broyden). It begins as the design's
-(sensitivities.py) and is derived again near the finger; without that, one fit of two does not end
-in eight rounds. In 3-D the way there and both Jacobians are a coarse model's, which is corrected by
-what the fine one of the design reads more; the last steps are the fine one's. Places' columns
-differ by 3 to 6 % between the two. Plates move within the design's mesh: meshed anew, a finger's
-readings change with the last digits of its plates' places by as much as its angles are worth.
+Steps are Gauss-Newton's. The Jacobian is derived at the design, then twice near the finger
+(sensitivities.py). In 3-D it is a rough mesh's, off by 8 %, for a third of a coarse one's time: it
+is no more than a few steps that this costs. Plates move within the design's mesh: meshed anew, a
+finger's readings change with the last digits of its plates' places by as much as its angles are
+worth.
 Columns of gains, touch and the rubber's modulus (all moduli multiply the forces) need curves alone.
 That of the lean is a difference: it moves the contact from node to node, and its derivative, with
 the nodes' statuses frozen, is off by a quarter to a third. The covariance is the inverse of
@@ -31,7 +30,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,7 +46,7 @@ from fingerdesign.sensing.identify.bench import (
     protocol,
 )
 from fingerdesign.sensing.identify.latents import MOST_POISSON, Latent, latents_of, with_latents
-from fingerdesign.sensing.identify.sensitivities import Difference, derived, sensitivities
+from fingerdesign.sensing.identify.sensitivities import Difference, differences
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -68,15 +67,14 @@ _FORCES = 12  # Points of a press that are compared.
 _MOVES = 24  # Moves of a press whose derivatives are taken.
 _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
-_REACH, _ROUNDS = 4.0, 8  # The largest change in standard deviations; steps at most.
-# Steps end where squares would fall by less than these fractions: by the design's derivatives, then
-# by those of the finger found so far. In 3-D a step takes 20 s: with 15 % three of four fingers end
-# after two.
-_ENOUGH, _HALVINGS = (0.6, 0.15), 4
+_REACH = 4.0  # The largest change in standard deviations.
+# Steps at most after each set of derivatives. All end where squares would fall by less than this
+# fraction: in 3-D a step takes 6 to 9 s.
+_STEPS, _ENOUGH, _HALVINGS = (2, 1, 8), 0.15, 4
 # Of a slide, points with these shares of its last F_t are compared, and the last: those between
 # repeat them, with the same errors of the mesh.
 _SHARES = (0.4, 0.8)
-_EXACT = ("gain", "touch", "lean", "modulus")  # Latents whose slopes need curves alone.
+_EXACT = ("gain", "touch", "modulus")  # Latents whose slopes need curves alone.
 _SMALL = 0.25  # The mesh changes a small shear's readings by this fraction of a press's.
 
 
@@ -256,25 +254,26 @@ class _Problem:
         model: BenchModel,
         data: _Data,
         latents: Sequence[Latent],
-        columns: Array,
-        finer: Sequence[Array | float] = (0.0, 0.0),
+        derive: Callable[[Design, Sequence[Latent], float], list[Difference]],
     ) -> None:
-        """columns (data, latents): the Jacobian's, of what is derived; else 0. finer: what a finer
-        model's strain and scalar are more than this model's."""
-        self.model, self.data, self.latents, self.columns = model, data, latents, columns
-        self.finer = finer
+        """derive: differences of curves of a finger by its places and moduli, on a bench that
+        leans, degrees. columns (data, latents): the Jacobian's, 0 of what is exact."""
+        self.model, self.data, self.latents, self._derive = model, data, latents, derive
+        self.columns = np.zeros((data.strain.size + len(data.scalar), len(latents)))
         self.scale = np.array([each.deviation for each in latents])
         self._kinds = np.array([each.kind for each in latents])
-        self._exact = np.isin(self._kinds, _EXACT)
         self._leant = dict[bytes, Callable[[float], BenchCurves]]()
+
+    def finger(self, x: Array) -> Design:
+        """The finger at x. Raises DesignError where it is not sound."""
+        return with_latents(self.model.design, self.latents, x * self.scale)
 
     def curves(self, x: Array, leaning: float = 0.0) -> BenchCurves:
         """The model's at x, in deviations, and at a further lean, degrees. Raises DesignError where
         x is no sound finger."""
         key = x.tobytes()
         if key not in self._leant:
-            finger = with_latents(self.model.design, self.latents, x * self.scale)
-            self._leant[key] = cache(self.model.curves_by_lean(finger))
+            self._leant[key] = cache(self.model.curves_by_lean(self.finger(x)))
         return self._leant[key](float(self.values(x, "lean").sum()) + leaning)
 
     def values(self, x: Array, kind: str) -> Array:
@@ -287,8 +286,7 @@ class _Problem:
         """The model's strain, through gains of 1, and scalar at x, and at a further lean and touch,
         all moduli larger by the fraction ``stiffer``."""
         touch += float(self.values(x, "touch").sum())
-        strain, scalar = self.data.where.of(self.curves(x, lean), touch, 1.0 + stiffer)
-        return strain + self.finer[0], scalar + self.finer[1]
+        return self.data.where.of(self.curves(x, lean), touch, 1.0 + stiffer)
 
     def off(self, x: Array) -> tuple[Array, Array]:
         """The model's strain and scalar less the measured ones."""
@@ -303,16 +301,21 @@ class _Problem:
         own = strain / self.data.strain_deviation
         return np.concatenate([own.ravel(), scalar / self.data.scalar_deviation, x])
 
-    def correct(self, x: Array, step: Array, change: Array) -> None:
-        """Broyden's correction: the columns now give the change that a step from x made."""
-        missed = (change - self.jacobian(x, x + step) @ step)[: -len(x)]
-        moved = np.where(self._exact, 0.0, step)
-        self.columns = self.columns + np.outer(missed, moved) / (moved @ moved)
+    def derive(self, x: Array) -> None:
+        """Take the columns again, at x."""
+        shaped = [k for k, each in enumerate(self.latents) if each.kind not in (*_EXACT, "lean")]
+        lean = float(self.values(x, "lean").sum())
+        found = self._derive(self.finger(x), [self.latents[k] for k in shaped], lean)
+        self.columns = np.zeros_like(self.columns)
+        for k, each in zip(shaped, found, strict=True):
+            low, high = (self._weighed(*self.data.where.of(c)) for c in (each.low, each.high))
+            self.columns[:, k] = (high - low) * self.scale[k] / each.apart
+        if "lean" in self._kinds:
+            own, slope = self._kinds == "lean", self._slope(x, "lean", self.model.lean_step)
+            self.columns[:, own] = slope[:, None] * self.scale[own]
 
-    def jacobian(self, *ends: Array) -> Array:
-        """At x; of two values of it the mean, whose gains times a step's are the step's change."""
-        columns = self.columns + np.mean([self._exact_columns(x) for x in ends], axis=0)
-        return np.concatenate([columns, np.eye(len(self.scale))])
+    def jacobian(self, x: Array) -> Array:
+        return np.concatenate([self.columns + self._exact_columns(x), np.eye(len(self.scale))])
 
     def _exact_columns(self, x: Array) -> Array:
         """The Jacobian's columns at x of what takes no condensation, those of the others 0."""
@@ -322,8 +325,6 @@ class _Problem:
                 rise = np.zeros_like(self.data.strain)
                 rise[:, each.number - 1] = self.played(x)[0][:, each.number - 1]
                 own[:, k] = self._weighed(rise, np.zeros_like(self.data.scalar))
-            elif each.kind == "lean":
-                own[:, k] = self._slope(x, "lean", self.model.lean_step)
             elif each.kind == "touch":
                 own[:, k] = self._slope(x, "touch", each.step)
             elif each.kind == "modulus":
@@ -340,19 +341,6 @@ class _Problem:
     def _weighed(self, strain: Array, scalar: Array) -> Array:
         own = (strain / self.data.strain_deviation).ravel(), scalar / self.data.scalar_deviation
         return np.concatenate(own)
-
-
-def _columns(data: _Data, latents: Sequence[Latent], differences: Sequence[Difference]) -> Array:
-    """The Jacobian's columns (data, latents) from differences by those that are not ``_EXACT``."""
-    found = np.zeros((data.strain.size + len(data.scalar), len(latents)))
-    derived = [k for k, each in enumerate(latents) if each.kind not in _EXACT]
-    for k, each in zip(derived, differences, strict=True):
-        below, above = data.where.of(each.low), data.where.of(each.high)
-        strain = (above[0] - below[0]) / data.strain_deviation
-        scalar = (above[1] - below[1]) / data.scalar_deviation
-        found[:, k] = np.concatenate([strain.ravel(), scalar])
-        found[:, k] *= latents[k].deviation / each.apart
-    return found
 
 
 def _about_lean(curves: Callable[[float], BenchCurves], data: _Data, report: Report) -> float:
@@ -391,52 +379,45 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     dead = dead_gages(measured.curves, measured.noise.gage)
     alive = ~np.isin(np.arange(1, gages + 1), dead)
     data = _data(measured, alive)
-    fine = BenchModel(design, phases, measured.fidelity)
-    coarse = fine.coarse
-    own = cache(fine.curves_by_lean())
-    rough = own if coarse == fine else cache(coarse.curves_by_lean())
-    about = _about_lean(rough, data, report) if tilts else 0.0
+    model = BenchModel(design, phases, measured.fidelity)
+    about = _about_lean(model.rough_curves_by_lean(), data, report) if tilts else 0.0
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
-    planned = replace(coarse, phases=_planned(design, tilts, friction))
-    shaped = [each for each in latents if each.kind not in _EXACT]
-    # At whole degrees: few sets of derivatives serve all fingers of a design.
-    columns = _columns(data, latents, sensitivities(planned, shaped, float(round(about)), report))
-    start = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
-    bounds = _bounds(design, latents)
-    report("fitting")
-    both = zip(data.where.of(own(about)), data.where.of(rough(about)), strict=True)
-    problem = _Problem(coarse, data, latents, columns, [more - less for more, less in both])
-    x, _ = _least_squares(problem, start, bounds, _ENOUGH[0])
-    near = with_latents(design, latents, x * problem.scale)
-    lean = float(problem.values(x, "lean").sum())
-    columns = _columns(data, latents, derived(planned, near, shaped, lean, report))
-    problem = _Problem(fine, data, latents, columns)
-    x, fall = _least_squares(problem, x, bounds, _ENOUGH[1])
+    planned = replace(model, phases=_planned(design, tilts, friction))
+    derive = partial(differences, planned, report=report)
+    problem = _Problem(model, data, latents, derive)
+    x = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
+    bounds, fall = _bounds(design, latents), np.inf
+    for steps in _STEPS:
+        problem.derive(x)
+        report("fitting")
+        x, fall = _least_squares(problem, x, bounds, steps)
+        if fall < _ENOUGH * float(np.sum(problem.residual(x) ** 2)):
+            break
     left = problem.residual(x)
     # Squares under their number are noise: no step is needed there.
-    if fall >= _ENOUGH[1] * max(float(left @ left), len(left)):
+    if fall >= _ENOUGH * max(float(left @ left), len(left)):
         raise SolverError(
             f"the fit did not converge: a further step promises {100.0 * fall / (left @ left):.0f} "
             "% less misfit, but none brings it. Is each gage wired as its number says, and is the "
             "design near to the finger?"
         )
-    return _fitted(problem, x, dead, alive, own(0.0))
+    return _fitted(problem, x, dead, alive, model.curves())
 
 
 def _least_squares(
-    problem: _Problem, x: Array, bounds: tuple[Array, Array], enough: float
+    problem: _Problem, x: Array, bounds: tuple[Array, Array], most: int
 ) -> tuple[Array, float]:
-    """Gauss-Newton steps from x within bounds, the Jacobian corrected by each: x, and by how
-    much squares would fall by a further step. Steps end below the fraction ``enough`` of them.
+    """Gauss-Newton steps from x within bounds, at most ``most``: x, and by how much squares would
+    fall by a further step. Steps end where that is less than the share ``_ENOUGH``.
 
     A step is halved until squares fall: plates may overlap on the way.
     """
     left, fall = problem.residual(x), 0.0
-    for number in range(_ROUNDS + 1):
+    for number in range(most + 1):
         jacobian = problem.jacobian(x)
         step = lsq_linear(jacobian, -left, (bounds[0] - x, bounds[1] - x)).x
         fall = float(left @ left - np.sum((left + jacobian @ step) ** 2))
-        if fall < enough * float(left @ left) or number == _ROUNDS:
+        if fall < _ENOUGH * float(left @ left) or number == most:
             break
         for _ in range(_HALVINGS):
             now = problem.residual(x + step)
@@ -445,7 +426,6 @@ def _least_squares(
             step *= 0.5
         else:
             break
-        problem.correct(x, step, now - left)
         x, left = x + step, now
     return x, fall
 

@@ -1,16 +1,13 @@
-"""Slopes of a bench's curves with hidden values: derivatives of the design's model (sensitivity/).
+"""Slopes of a bench's curves with hidden values: derivatives of a finger's model (sensitivity/).
 
 One condensation gives those of every place and modulus. Points of each phase are moved along their
 slopes, and what comes of the points, curves, is taken again: of closed forms a difference will do.
-They serve every finger of the design and are cached.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -21,20 +18,15 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
-from fingerdesign.control.bench_curves import BenchCurves, Phase, Slide, bench_curves
-from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.signals import NormalCalibration
-from fingerdesign.design.digest import content_digest
-from fingerdesign.runtime.cache import GARBLED, Cache, packed, unpacked
+from fingerdesign.control.bench_curves import BenchCurves, Phase, bench_curves
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import (
-    MOST_LEAN_DEG,
+    ROUGH,
     BenchModel,
     condensed_for,
     leaning,
 )
 from fingerdesign.sensing.identify.latents import AXES, Latent
-from fingerdesign.sensing.model import MESHED
 from fingerdesign.sensitivity.derive import (
     IncrementRates,
     changes_of,
@@ -45,62 +37,31 @@ from fingerdesign.sensitivity.derive import (
 from fingerdesign.sensitivity.model import response_fields
 from fingerdesign.sensitivity.path import near_nodes, needed_dofs
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
-from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-
-_FORMAT = 6
-_KINDS = {kind.__name__: kind for kind in (BenchCurves, Calibration, NormalCalibration, Slide)}
-
 
 _SHARE = 0.01  # Of a latent's step: so near, curves between points keep their pieces.
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Curves of a latent below and above the design's value, and the distance of the two values."""
+    """Curves of a latent below and above the finger's value, and the distance of the two values."""
 
     low: BenchCurves
     high: BenchCurves
     apart: float
 
 
-def sensitivities(
-    model: BenchModel, latents: Sequence[Latent], lean_deg: float, report: Report
-) -> list[Difference]:
-    """Differences of curves by each latent; lean_deg: the bench's lean, at which they are taken.
-    Raises SolverError where the design's own model has no answer."""
-    cache = Cache("sensitivities", most=40)
-    name = f"{sensitivities_key(model, latents, lean_deg)}.npz"
-    found = _cached(cache, name)
-    if len(found) != 2 * len(latents):
-        found = _differences(model, model.design, latents, lean_deg, report)
-        arrays: dict[str, Array] = {}
-        about = packed(tuple(found), arrays)
-        cache.put_arrays(name, arrays, about)
-    return _paired(found, latents)
-
-
-def derived(
+def differences(
     model: BenchModel, finger: Design, latents: Sequence[Latent], lean_deg: float, report: Report
 ) -> list[Difference]:
-    """The same of one finger, in the design's mesh: not cached."""
-    return _paired(_differences(model, finger, latents, lean_deg, report), latents)
+    """Differences of a finger's curves by each latent, in the design's rough mesh.
 
-
-def _paired(found: Sequence[BenchCurves], latents: Sequence[Latent]) -> list[Difference]:
+    lean_deg: the bench's lean. Raises SolverError where the model has no answer."""
+    found = _differences(model, finger, latents, lean_deg, report)
     apart = [2.0 * _SHARE * latent.step for latent in latents]
     return [Difference(*each) for each in zip(found[::2], found[1::2], apart, strict=True)]
-
-
-def _cached(cache: Cache, name: str) -> list[BenchCurves]:
-    """The cached curves; none where there are none, or they cannot be read."""
-    stored = cache.arrays(name)
-    try:
-        return [] if stored is None else list(unpacked(stored[1], stored[0], _KINDS))
-    except GARBLED:
-        return []
 
 
 def _differences(
@@ -109,8 +70,8 @@ def _differences(
     """Curves of each latent a little below the finger's value, then above."""
     report("sensitivities")
     design = differentiable(finger)
-    phases = [phase for phase in model.phases if phase.kind != "quick"]
-    condensed, bench = condensed_for(design, phases, model.fidelity, model.design, model.mesh)
+    phases = model.moved
+    condensed, bench = condensed_for(design, phases, model.fidelity, model.design, ROUGH)
     problems = leaning(bench, design, phases, lean_deg)
     with one_thread():
         paths = [
@@ -193,28 +154,3 @@ def _shifted(phase: Phase, slopes: tuple[Array, Array, Array], k: int, off: floa
         readings=phase.points.readings + readings,
     )
     return replace(phase, points=points)
-
-
-def sensitivities_key(model: BenchModel, latents: Sequence[Latent], lean_deg: float) -> str:
-    """SHA-256 of all that the curves of :func:`sensitivities` depend on."""
-    design, fidelity = model.design, model.fidelity
-    moves = [
-        (
-            p.kind,
-            p.friction_coefficient,
-            p.tilt_deg,
-            p.points.approach.tolist(),
-            p.points.shear.tolist(),
-        )
-        for p in model.phases
-    ]
-    tables = [design.body, design.plates, design.gages, design.mesh, *design.materials.values()]
-    content = [
-        *(_FORMAT, __version__, fidelity, astuple(model.mesh)),
-        *(MESHED, MOST_LEAN_DEG, moves),
-        [content_digest(each) for each in tables],
-        sorted(design.materials),
-        [(each.name, each.step) for each in latents],
-        *([lean_deg] if lean_deg else []),
-    ]
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
