@@ -139,14 +139,18 @@ def on_another(trace: ContactTrace, own: Mesh, other: Mesh) -> ContactTrace:
     """The trace on ``own``, read off the displacements of another mesh of the same surface.
 
     Both are swept: nodes of the surface lie in rows along x and z, and displacements are quadratic
-    over each three of a row. The nodes remain those of ``own``.
+    over each three of a row. The nodes remain those of ``own``. Raises SolverError where the other
+    surface's nodes are not in rows.
     """
     seen, known = (np.unique(mesh.facets["contact"]) for mesh in (own, other))
-    weights = np.ones((len(seen), len(known)))
+    weights, crossings = np.ones((len(seen), len(known))), 1
     for axis in (0, 2):
         at, rows = (np.round(m.points[n, axis], 9) for m, n in ((own, seen), (other, known)))
         stations, row = np.unique(rows, return_inverse=True)
         weights *= _quadratic(stations, at)[:, row.ravel()]
+        crossings *= len(stations)
+    if crossings != len(known):
+        raise SolverError("the nodes of the contact surface are not in rows along x and z")
     place = sp.csr_matrix(weights).tocoo()
     shape = (len(own.points), len(other.points))
     scalar = sp.coo_matrix((place.data, (seen[place.row], known[place.col])), shape)

@@ -25,7 +25,7 @@ from fingerdesign.fem.model import (
 )
 from fingerdesign.fem.readout import gage_rows, locate, strain_rows
 from fingerdesign.fem.system import assemble_system
-from fingerdesign.fem.trace import contact_trace
+from fingerdesign.fem.trace import contact_trace, on_another
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.cells import facet_kind
@@ -172,6 +172,27 @@ def test_uniform_pressure_is_reproduced():
         assert np.isclose(load.sum(), measure.sum(), rtol=1e-12)
         moments = [each.reshape(mesh.points.shape)[:, 1] @ mesh.points for each in (load, wanted)]
         assert np.allclose(*moments, rtol=0, atol=1e-10)
+
+
+def test_a_trace_reads_another_meshs_displacements():
+    """Exactly, where they are quadratic along x and z."""
+    own = extrude(DESIGN, Zone(1.5))
+    other = extrude(with_values(DESIGN, {"mesh.contact_size_mm": 0.5, "mesh.layers": 3}), Zone(1.5))
+    trace = contact_trace(own.points, own.facets["contact"])
+    known, found = (
+        each.operator @ np.stack([1.0 + x, x * z, z**2 - x**2], axis=1).ravel()
+        for each, (x, _, z) in (
+            (trace, own.points.T),
+            (on_another(trace, own, other), other.points.T),
+        )
+    )
+    assert len(own.points) != len(other.points)
+    assert found == pytest.approx(known, abs=1e-6 * np.abs(known).max())
+    facets = other.facets["contact"]
+    corner = (other.points[:, 0] + other.points[:, 2])[facets].max(axis=1).argmax()
+    holed = replace(other, facets=other.facets | {"contact": np.delete(facets, corner, axis=0)})
+    with pytest.raises(SolverError, match="not in rows"):
+        on_another(trace, own, holed)
 
 
 def test_constant_strain_is_read_exactly_and_a_point_outside_is_refused():

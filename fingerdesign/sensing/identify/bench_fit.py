@@ -13,10 +13,10 @@ along the slides, F_n by approach, dF_t/dx; m: the same of the condensed model i
 moves. s: the sensors' noise and, in squares, the difference of two meshes of one finger (``MESH``).
 
 Steps are Gauss-Newton's. The Jacobian is derived at the design, then twice near the finger
-(sensitivities.py). In 3-D it is a rough mesh's, off by 8 %, for a third of a coarse one's time: it
-is no more than a few steps that this costs. Plates move within the design's mesh: meshed anew, a
-finger's readings change with the last digits of its plates' places by as much as its angles are
-worth.
+(sensitivities.py). In 3-D it is that of a rough mesh: off by 8 %, for a third of the time. Plates
+move within the design's mesh: meshed again, a finger's readings change with the last digits of its
+plates' places by as much as its angles are worth.
+
 Columns of gains, touch and the rubber's modulus (all moduli multiply the forces) need curves alone.
 That of the lean is a difference: it moves the contact from node to node, and its derivative, with
 the nodes' statuses frozen, is off by a quarter to a third. The covariance is the inverse of
