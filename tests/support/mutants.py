@@ -248,10 +248,10 @@ fingerdesign/control/controllers/friction_belief.py | tests/control/test_estimat
 - found = (_PRIOR * _EXPONENT + 0.5 * rise * fall) / (_PRIOR + 0.5 * rise * rise)
 + found = _EXPONENT
 
-bench: what a coarse mesh misses, without the finger's modulus
-fingerdesign/sensing/identify/bench.py | tests/sensing/test_identify_bench.py -k coarse_mesh
+bench: without what a coarse mesh misses
+fingerdesign/sensing/identify/bench.py | tests/sensing/test_identify_bench.py -k coarse_mesh -m slow
 - more = [moduli[0] / moduli[1] * each for each in missed]
-+ more = missed
++ more = [0.0 * each for each in missed]
 
 sensitivities: values lie farther apart than they do
 fingerdesign/sensing/identify/sensitivities.py | tests/sensing/test_identify_bench.py -k own_curves
