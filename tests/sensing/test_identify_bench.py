@@ -29,7 +29,6 @@ from fingerdesign.sensing.identify.bench import (
     FINE,
     BenchModel,
     bench_finger,
-    condensed_for,
     phase_problems,
     protocol,
     simulated_bench,
@@ -207,7 +206,9 @@ def test_a_coarse_mesh_with_the_designs_fine_contact_reads_what_a_fine_one_does(
     model = BenchModel(design, protocol(design)[:3], "3d")
     own = model.curves(finger).calibration.normal
     fine, coarse = (
-        model.played_on(condensed_for(finger, model.phases, "3d", design, mesh)[1], finger)(0.0)
+        model.played_on(bench_finger(finger, model.phases, "3d", design, mesh).model()[1], finger)(
+            0.0
+        )
         for mesh in (FINE, COARSE)
     )
     true, alone = (each.calibration.normal for each in (fine, coarse))

@@ -7,7 +7,7 @@
 Plates, moduli, gains and the lean of the bench are drawn. The bound (Cramer-Rao): the deviation
 that remains where the model is exact and the sensors' noise alone is left. The pull: how far the
 deviations before the fit draw places to the design; the rest of the error is the mesh's. CPU
-seconds are those of the fit, of the first finger with the sensitivities.
+seconds are those of the fit, of the first finger with the design's fine model.
 
 The finer mesh is finer at the contact, along the plates, at their singular ends and in z.
 """

@@ -129,19 +129,8 @@ def phase_problems(
     mesh: BenchMesh = FINE,
 ) -> list[ContactProblem]:
     """The finger against each phase's surface, the bench itself leaning."""
-    bench = condensed_for(design, phases, fidelity, mesh=mesh)[1]
+    bench = bench_finger(design, phases, fidelity, mesh=mesh).model()[1]
     return leaning(bench, design, phases, lean_deg)
-
-
-def condensed_for(
-    design: Design,
-    phases: Sequence[Phase],
-    fidelity: str,
-    neighbour: Design | None = None,
-    mesh: BenchMesh = FINE,
-) -> tuple[FiniteElementModel, ContactProblem]:
-    """The finger condensed for all surfaces of a bench's phases, and it against a level one."""
-    return bench_finger(design, phases, fidelity, neighbour, mesh).model()
 
 
 def bench_finger(
@@ -224,7 +213,7 @@ class BenchModel:
 
     @cached_property
     def _fine(self) -> FiniteElementModel:
-        return condensed_for(self.design, self.moved, self.fidelity)[0]
+        return bench_finger(self.design, self.moved, self.fidelity).model()[0]
 
     @cached_property
     def _missed(self) -> tuple[Array, Array]:
@@ -240,7 +229,7 @@ class BenchModel:
     def bench(self, finger: Design) -> ContactProblem:
         """Condense a finger and pose it against a level bench."""
         if not self._swept:
-            return condensed_for(finger, self.moved, self.fidelity, self.design)[1]
+            return bench_finger(finger, self.moved, self.fidelity, self.design).model()[1]
         own, missed = self._coarse(finger), self._missed
         moduli = [each.material_of("body").youngs_modulus_MPa for each in (self.design, finger)]
         more = [moduli[0] / moduli[1] * each for each in missed]
@@ -260,8 +249,8 @@ class BenchModel:
 
     def rough_curves_by_lean(self) -> Callable[[float], BenchCurves]:
         """The same of the design in the rough mesh alone."""
-        rough = condensed_for(self.design, self.moved, self.fidelity, mesh=ROUGH)[1]
-        return self.played_on(rough, self.design)
+        rough = bench_finger(self.design, self.moved, self.fidelity, mesh=ROUGH)
+        return self.played_on(rough.model()[1], self.design)
 
     def played_on(self, bench: ContactProblem, own: Design) -> Callable[[float], BenchCurves]:
         """What plays the moves on a condensed finger, on a bench that leans, degrees."""

@@ -273,7 +273,9 @@ class _Problem:
         x is no sound finger."""
         key = x.tobytes()
         if key not in self._leant:
-            self._leant[key] = cache(self.model.curves_by_lean(self.finger(x)))
+            last = list(self._leant.items())[-1:]  # Of a finger in 3-D 120 MB are held.
+            played = cache(self.model.curves_by_lean(self.finger(x)))
+            self._leant = {**dict(last), key: played}
         return self._leant[key](float(self.values(x, "lean").sum()) + leaning)
 
     def values(self, x: Array, kind: str) -> Array:

@@ -23,7 +23,7 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import (
     ROUGH,
     BenchModel,
-    condensed_for,
+    bench_finger,
     leaning,
 )
 from fingerdesign.sensing.identify.latents import AXES, Latent
@@ -59,19 +59,11 @@ def differences(
     """Differences of a finger's curves by each latent, in the design's rough mesh.
 
     lean_deg: the bench's lean. Raises SolverError where the model has no answer."""
-    found = _differences(model, finger, latents, lean_deg, report)
-    apart = [2.0 * _SHARE * latent.step for latent in latents]
-    return [Difference(*each) for each in zip(found[::2], found[1::2], apart, strict=True)]
-
-
-def _differences(
-    model: BenchModel, finger: Design, latents: Sequence[Latent], lean_deg: float, report: Report
-) -> list[BenchCurves]:
-    """Curves of each latent a little below the finger's value, then above."""
     report("sensitivities")
     design = differentiable(finger)
     phases = model.moved
-    condensed, bench = condensed_for(design, phases, model.fidelity, model.design, ROUGH)
+    rough = bench_finger(design, phases, model.fidelity, model.design, ROUGH)
+    condensed, bench = rough.model()
     problems = leaning(bench, design, phases, lean_deg)
     with one_thread():
         paths = [
@@ -98,7 +90,7 @@ def _differences(
         begin += len(own)
         slopes = _slopes(found, design, len(steps), factors)
         moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
-    return [
+    curves = [
         bench_curves(
             [_shifted(*each, k, side * _SHARE * latent.step) for each in moved],
             problems[0].model.gage_x,
@@ -106,6 +98,8 @@ def _differences(
         for k, latent in enumerate(latents)
         for side in (-1.0, 1.0)
     ]
+    apart = [2.0 * _SHARE * latent.step for latent in latents]
+    return [Difference(*each) for each in zip(curves[::2], curves[1::2], apart, strict=True)]
 
 
 def _parameter_of(design: Design, latent: Latent) -> tuple[str, float]:
