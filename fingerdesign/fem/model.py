@@ -20,7 +20,7 @@ from fingerdesign.fem.reduction import decouple, reduced_model
 from fingerdesign.fem.sheet import sheet_stiffness
 from fingerdesign.fem.system import Body
 from fingerdesign.fem.thermal import thermal_loads
-from fingerdesign.fem.trace import on_another
+from fingerdesign.fem.trace import ContactTrace, on_another
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import surface_of
@@ -126,19 +126,28 @@ def build_model(
     return FiniteElementModel(reduced, condensed, timings)
 
 
-def reduced_onto(design: Design, mesh: Mesh, model: FiniteElementModel) -> ReducedModel:
-    """The reduced model of a finger's mesh on the contact nodes of a model of another mesh.
+@dataclass(frozen=True)
+class ContactOf:
+    """The contact of a model and its answers there, without its factors (2 GB of 300k dofs)."""
 
-    Both are swept. Answers are used again and stored."""
-    trace, frames = on_another(model.condensed.trace, model.mesh, mesh), plate_frames(design)
+    mesh: Mesh
+    trace: ContactTrace
+    reduced: ReducedModel
+
+
+def reduced_onto(design: Design, mesh: Mesh, of: ContactOf) -> ReducedModel:
+    """The reduced model of a finger's mesh on the contact nodes of another mesh; both are swept.
+
+    Answers are used again and stored."""
+    trace, frames = on_another(of.trace, of.mesh, mesh), plate_frames(design)
     gages = gage_rows(mesh, frames, design.gages, design.gage_weights)
     body = body_of(design, mesh, mesh.facets["contact"])
     condensed = condense_body(body, [gages], store=True, trace=trace)
     compliance = condensed.compliance.copy()
-    decouple(compliance, model.reduced.locked.reshape(-1))
+    decouple(compliance, of.reduced.locked.reshape(-1))
     positions = gage_positions(frames, design.gages)
     return replace(
-        model.reduced,
+        of.reduced,
         compliance=compliance,
         gage_readout=condensed.readouts[0],
         gage_positions=positions,

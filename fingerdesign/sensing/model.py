@@ -34,7 +34,7 @@ from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.fem.model import FiniteElementModel, reduced_onto
+from fingerdesign.fem.model import ContactOf, FiniteElementModel, reduced_onto
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone, candidate_zone
 from fingerdesign.mesh.make import mesher_name
@@ -125,8 +125,8 @@ class BenchFinger:
         case, zone, mesh = self._meshed()
         return _posed(case, zone, mesh, case.gage_array)
 
-    def onto(self, fine: FiniteElementModel) -> ReducedModel:
-        """Condense the finger onto the contact nodes of a model of another mesh; both are swept."""
+    def onto(self, fine: ContactOf) -> ReducedModel:
+        """Condense the finger onto the contact nodes of another mesh; both are swept."""
         case, _, mesh = self._meshed()
         return reduced_onto(case.design, mesh, fine).with_gages(case.gage_array)
 

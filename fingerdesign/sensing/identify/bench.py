@@ -29,7 +29,7 @@ from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.control.trace import trace_of
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.fem.model import FiniteElementModel
+from fingerdesign.fem.model import ContactOf
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.runtime.streams import stream
@@ -212,8 +212,9 @@ class BenchModel:
         return _is_swept(self.design, self.fidelity)
 
     @cached_property
-    def _fine(self) -> FiniteElementModel:
-        return bench_finger(self.design, self.moved, self.fidelity).model()[0]
+    def _fine(self) -> ContactOf:
+        model = bench_finger(self.design, self.moved, self.fidelity).model()[0]
+        return ContactOf(model.mesh, model.condensed.trace, model.reduced)
 
     @cached_property
     def _missed(self) -> tuple[Array, Array]:
