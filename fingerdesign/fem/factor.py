@@ -35,9 +35,11 @@ from fingerdesign.errors import SolverError
 _SHIFT = 1.0
 _TINY = 1e-13  # Relative to a diagonal entry: a smaller pivot is the rounding of zero.
 _ONE_THREAD = 1_000_000  # With fewer entries a second thread gains next to nothing.
-# The order of the last model that is gone, by its pattern: PARDISO, with 190 MB at 111k dofs, and
-# its count of operations. It goes before a model of another pattern takes memory.
-_ORDER: dict[bytes, tuple[Any, float]] = {}
+# Orders of models that are gone, the last ones at the end, by their patterns: PARDISO, with 190 MB
+# at 111k dofs, and its count of operations. So many equations are held at most, with a new model's:
+# the first orders go before it takes memory.
+_ORDERS: dict[bytes, tuple[Any, float]] = {}
+_MOST_ORDERED = 400_000
 
 _BLOCK = 48  # Fields solved for at a time: of 64, 5 % less time and 30 MB more at 120k dofs.
 
@@ -94,10 +96,10 @@ class Condensation:
         self._pattern = b""
         if self._pardiso is None:
             pattern = _pattern(self._bordered, border)
-            self._pardiso, self.operations = _ORDER.pop(pattern, (None, float("nan")))
+            self._pardiso, self.operations = _ORDERS.pop(pattern, (None, float("nan")))
         if self._pardiso is None:
             phase = 12
-            _forget_order()
+            _forget_orders(self._size + border)
             self._pardiso = _solver()
             self._pardiso.set_iparm(36, 2)  # the Schur complement, and factors that solve later
             self._pardiso.iparm[18] = -1  # asks for the count of operations, which is in millions
@@ -183,8 +185,9 @@ class Condensation:
             return
         if self._pattern:
             self._phase(0, np.zeros((1, 1)))  # The factors go, the order stays.
-            _forget_order()
-            _ORDER[self._pattern] = solver, self.operations
+            _forget_order(self._pattern)
+            _forget_orders(len(solver.perm))
+            _ORDERS[self._pattern] = solver, self.operations
         else:
             solver.free_memory(everything=True)
 
@@ -200,10 +203,18 @@ def load_solver() -> None:
         _solver()
 
 
-def _forget_order() -> None:
-    for pattern in list(_ORDER):
-        if kept := _ORDER.pop(pattern, None):  # Another thread may have it by now.
-            kept[0].free_memory(everything=True)
+def _forget_orders(coming: int) -> None:
+    """Free the first orders until there is room for one of so many equations."""
+    for pattern in list(_ORDERS):
+        held = sum(len(kept[0].perm) for kept in list(_ORDERS.values()))
+        if held + coming <= _MOST_ORDERED:
+            break
+        _forget_order(pattern)
+
+
+def _forget_order(pattern: bytes) -> None:
+    if kept := _ORDERS.pop(pattern, None):  # Another thread may have it by now.
+        kept[0].free_memory(everything=True)
 
 
 def _pattern(bordered: sp.csr_matrix, border: int) -> bytes:

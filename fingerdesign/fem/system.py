@@ -282,12 +282,8 @@ def with_pressures(system: System, part: Pressures, ratio: float, zeros: bool = 
     node = np.append(system.lift.nonzero()[0] // system.held.shape[1], part.nodes)
     place = np.empty(len(node), dtype=np.int32)  # as the matrices' own: half to move
     place[np.argsort(node, kind="stable")] = np.arange(len(node))
-    blocks = [
-        (system.stiffness, 0, 0),
-        (coupling[system.lift.nonzero()[0]], 0, before),  # a product would drop zeros
-        (-(scale**2) * part.compliance, before, before),
-    ]
-    stiffness = _upper([(block.tocoo(), i, j) for block, i, j in blocks], place)
+    coupled = coupling[system.lift.nonzero()[0]]  # a product would drop zeros
+    stiffness = _upper(system.stiffness, coupled, -(scale**2) * part.compliance, place)
     if not zeros:
         stiffness.eliminate_zeros()
     back = np.argsort(place)
@@ -302,12 +298,24 @@ def with_pressures(system: System, part: Pressures, ratio: float, zeros: bool = 
     return System(stiffness, *lifts, count, own)
 
 
-def _upper(blocks: list[tuple[sp.coo_matrix, int, int]], place: NDArray[np.int32]) -> sp.csr_matrix:
-    """Upper triangle of blocks (at row, column) of a symmetric matrix, its dofs moved to place."""
-    row = np.concatenate([place[block.row + i] for block, i, _ in blocks])
-    column = np.concatenate([place[block.col + j] for block, _, j in blocks])
-    value = np.concatenate([block.data for block, _, _ in blocks])
-    entries = (value, (np.minimum(row, column), np.maximum(row, column)))
-    matrix = sp.coo_matrix(entries, shape=(len(place), len(place))).tocsr()
-    matrix.sort_indices()
-    return matrix
+def _upper(
+    stiffness: sp.csr_matrix, coupled: sp.csr_matrix, own: sp.csr_matrix, place: NDArray[np.int32]
+) -> sp.csr_matrix:
+    """Upper triangle of [[K, B], [B^T, M]], its dofs moved to ``place``: those of K keep their
+    order. stiffness, own: upper triangles of K and M."""
+    before = stiffness.shape[0]
+    first, last = place[:before], place[before:]
+    b, m = coupled.tocoo(), own.tocoo()
+    above = first[b.row] < last[b.col]
+    right = sp.csr_matrix((b.data[above], (b.row[above], b.col[above])), b.shape)
+    left = sp.csr_matrix((b.data[~above], (b.col[~above], b.row[~above])), b.shape[::-1])
+    turned = last[m.row] > last[m.col]
+    ends = np.where(turned, m.col, m.row), np.where(turned, m.row, m.col)
+    rows = [
+        sp.hstack([stiffness, right], format="csr"),
+        sp.hstack([left, sp.csr_matrix((m.data, ends), m.shape)], format="csr"),
+    ]
+    matrix = sp.csr_matrix(sp.vstack(rows, format="csr")[np.argsort(place)])
+    moved = sp.csr_matrix((matrix.data, place[matrix.indices], matrix.indptr), matrix.shape)
+    moved.sort_indices()
+    return moved

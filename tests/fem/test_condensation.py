@@ -251,16 +251,17 @@ def test_slow_fallback_gives_the_same(monkeypatch):
             Condensation(unsound, rows)
 
 
-def test_the_order_of_a_model_serves_the_next_on_a_moved_mesh(calls_of):
+def test_the_order_of_a_model_serves_the_next_on_a_moved_mesh(calls_of, monkeypatch):
     """While the model before lives it keeps its order; where nodes lie decides nothing."""
     pytest.importorskip("pypardiso")
     design = with_values(DESIGN, {"mesh.element": "mixed"})
     mesh = extrude(design, Zone(1.5))
     solvers = calls_of(factor, "_solver")
+    monkeypatch.setattr(factor, "_ORDERS", {})
 
-    def condensed_when_sheared(by):
+    def condensed_when_sheared(by, zone=1.5):
         points = mesh.points + by * mesh.points[:, [1]] * [1.0, 0.0, 0.0]
-        facets = candidate_facets(mesh, 1.5)
+        facets = candidate_facets(mesh, zone)
         moved = replace(mesh, points=points, moved=True)
         return body.condense_body(body_of(design, moved, facets))
 
@@ -276,6 +277,21 @@ def test_the_order_of_a_model_serves_the_next_on_a_moved_mesh(calls_of):
     for by, fresh in ((0.03, first), (0.07, second)):
         np.testing.assert_allclose(answers[by], fresh.compliance, atol=1e-11)
     assert np.abs(answers[0.03] - answers[0.05]).max() > 1e-3 * np.abs(answers[0.03]).max()
+    del first, second
+
+    def made_by_turns(most):
+        """Solvers made for two patterns by turns, while so many equations' orders are held."""
+        monkeypatch.setattr(factor, "_MOST_ORDERED", most)
+        before = len(solvers)
+        for zone in (1.5, 1.0, 1.5, 1.0):
+            model = condensed_when_sheared(0.03, zone)
+            assert model.dofs > 1000
+            del model
+            gc.collect()
+        return len(solvers) - before
+
+    assert made_by_turns(400_000) == 1  # The other zone's.
+    assert made_by_turns(1000) == 3  # All but the first, whose order is still there.
 
 
 @pytest.mark.slow

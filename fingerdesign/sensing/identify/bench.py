@@ -216,11 +216,14 @@ class BenchModel:
         model = bench_finger(self.design, self.moved, self.fidelity).model()[0]
         return ContactOf(model.mesh, model.condensed.trace, model.reduced)
 
+    @property
+    def _fine_model(self) -> ReducedModel:
+        return self._fine.reduced.with_gages(gage_array(self.design))
+
     @cached_property
     def _missed(self) -> tuple[Array, Array]:
         """What the coarse mesh misses of the design: compliance and readouts."""
-        fine = self._fine.reduced.with_gages(gage_array(self.design))
-        own = self._coarse(self.design)
+        fine, own = self._fine_model, self._coarse(self.design)
         return fine.compliance - own.compliance, fine.gage_readout - own.gage_readout
 
     def _coarse(self, finger: Design) -> ReducedModel:
@@ -231,6 +234,8 @@ class BenchModel:
         """Condense a finger and pose it against a level bench."""
         if not self._swept:
             return bench_finger(finger, self.moved, self.fidelity, self.design).model()[1]
+        if finger == self.design:
+            return against_plane(self._fine_model, finger)
         own, missed = self._coarse(finger), self._missed
         moduli = [each.material_of("body").youngs_modulus_MPa for each in (self.design, finger)]
         more = [moduli[0] / moduli[1] * each for each in missed]

@@ -12,10 +12,12 @@ y: readings pressed and tilted at a few normal forces, responses to F_t where al
 along the slides, F_n by approach, dF_t/dx; m: the same of the condensed model in the phases' own
 moves. s: the sensors' noise and, in squares, the difference of two meshes of one finger (``MESH``).
 
-Steps are Gauss-Newton's. The Jacobian is derived at the design, then twice near the finger
-(sensitivities.py). In 3-D it is that of a rough mesh: off by 8 %, for a third of the time. Plates
-move within the design's mesh: meshed again, a finger's readings change with the last digits of its
-plates' places by as much as its angles are worth.
+Steps are Gauss-Newton's. The Jacobian is derived at the design, and after the first and the second
+step (sensitivities.py): readings curve with the plates' places, more than with all else. In 3-D it
+is that of a rough mesh: off by 8 %, for a third of the time. Gains and touch need no other finger:
+after each step they are fitted alone. Plates move within the design's mesh: meshed again, a
+finger's readings change with the last digits of its plates' places by as much as its angles are
+worth.
 
 Columns of gains, touch and the rubber's modulus (all moduli multiply the forces) need curves alone.
 That of the lean is a difference: it moves the contact from node to node, and its derivative, with
@@ -70,11 +72,13 @@ _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of
 _REACH = 4.0  # The largest change in standard deviations.
 # Steps at most after each set of derivatives. All end where squares would fall by less than this
 # fraction: in 3-D a step takes 6 to 9 s.
-_STEPS, _ENOUGH, _HALVINGS = (2, 1, 8), 0.15, 4
+_STEPS, _ENOUGH, _HALVINGS = (1, 1, 8), 0.15, 4
 # Of a slide, points with these shares of its last F_t are compared, and the last: those between
 # repeat them, with the same errors of the mesh.
 _SHARES = (0.4, 0.8)
 _EXACT = ("gain", "touch", "modulus")  # Latents whose slopes need curves alone.
+# Those that need no other finger; so many steps settle them, the second for the touch.
+_FREE, _SETTLING = ("gain", "touch"), 2
 _SMALL = 0.25  # The mesh changes a small shear's readings by this fraction of a press's.
 
 
@@ -262,6 +266,7 @@ class _Problem:
         self.columns = np.zeros((data.strain.size + len(data.scalar), len(latents)))
         self.scale = np.array([each.deviation for each in latents])
         self._kinds = np.array([each.kind for each in latents])
+        self._free = np.isin(self._kinds, _FREE)
         self._leant = dict[bytes, Callable[[float], BenchCurves]]()
 
     def finger(self, x: Array) -> Design:
@@ -271,7 +276,7 @@ class _Problem:
     def curves(self, x: Array, leaning: float = 0.0) -> BenchCurves:
         """The model's at x, in deviations, and at a further lean, degrees. Raises DesignError where
         x is no sound finger."""
-        key = x.tobytes()
+        key = x[~self._free & (self._kinds != "lean")].tobytes()
         if key not in self._leant:
             last = list(self._leant.items())[-1:]  # Of a finger in 3-D 120 MB are held.
             played = cache(self.model.curves_by_lean(self.finger(x)))
@@ -303,6 +308,21 @@ class _Problem:
         own = strain / self.data.strain_deviation
         return np.concatenate([own.ravel(), scalar / self.data.scalar_deviation, x])
 
+    def settled(self, x: Array, bounds: tuple[Array, Array]) -> Array:
+        """x with those gains and that touch that fit best to its finger's curves, or x where the
+        finger is not sound."""
+        own = self._free
+        try:
+            self.curves(x)
+        except (DesignError, SolverError):
+            return x
+        for _ in range(_SETTLING):
+            jacobian = self.jacobian(x)[:, own]
+            room = bounds[0][own] - x[own], bounds[1][own] - x[own]
+            x = x.copy()
+            x[own] += lsq_linear(jacobian, -self.residual(x), room).x
+        return x
+
     def derive(self, x: Array) -> None:
         """Take the columns again, at x."""
         shaped = [k for k, each in enumerate(self.latents) if each.kind not in (*_EXACT, "lean")]
@@ -317,17 +337,22 @@ class _Problem:
             self.columns[:, own] = slope[:, None] * self.scale[own]
 
     def jacobian(self, x: Array) -> Array:
-        return np.concatenate([self.columns + self._exact_columns(x), np.eye(len(self.scale))])
-
-    def _exact_columns(self, x: Array) -> Array:
-        """The Jacobian's columns at x of what takes no condensation, those of the others 0."""
-        own, values = np.zeros_like(self.columns), x * self.scale
+        gains = 1.0 + self.values(x, "gain") * np.ones_like(self.data.strain)
+        through = np.concatenate([gains.ravel(), np.ones(len(self.data.scalar))])
+        own = through[:, None] * (self.columns + self._exact_columns(x))
+        strain, still = self.played(x)[0], np.zeros_like(self.data.scalar)
         for k, each in enumerate(self.latents):
             if each.kind == "gain" and each.number is not None:
-                rise = np.zeros_like(self.data.strain)
-                rise[:, each.number - 1] = self.played(x)[0][:, each.number - 1]
-                own[:, k] = self._weighed(rise, np.zeros_like(self.data.scalar))
-            elif each.kind == "touch":
+                rise = np.zeros_like(strain)
+                rise[:, each.number - 1] = self.scale[k] * strain[:, each.number - 1]
+                own[:, k] = self._weighed(rise, still)
+        return np.concatenate([own, np.eye(len(self.scale))])
+
+    def _exact_columns(self, x: Array) -> Array:
+        """Columns at x of touch and modulus, which take no condensation; those of the others 0."""
+        own, values = np.zeros_like(self.columns), x * self.scale
+        for k, each in enumerate(self.latents):
+            if each.kind == "touch":
                 own[:, k] = self._slope(x, "touch", each.step)
             elif each.kind == "modulus":
                 plates = int(np.flatnonzero(self._kinds == "plate_modulus")[0])
@@ -389,6 +414,7 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     problem = _Problem(model, data, latents, derive)
     x = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
     bounds, fall = _bounds(design, latents), np.inf
+    x = problem.settled(x, bounds)
     for steps in _STEPS:
         problem.derive(x)
         report("fitting")
@@ -422,13 +448,14 @@ def _least_squares(
         if fall < _ENOUGH * float(left @ left) or number == most:
             break
         for _ in range(_HALVINGS):
-            now = problem.residual(x + step)
+            there = problem.settled(x + step, bounds)
+            now = problem.residual(there)
             if now @ now < left @ left:
                 break
             step *= 0.5
         else:
             break
-        x, left = x + step, now
+        x, left = there, now
     return x, fall
 
 
