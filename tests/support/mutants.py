@@ -253,6 +253,21 @@ fingerdesign/sensing/identify/bench.py | tests/sensing/test_identify_bench.py -k
 - more = [moduli[0] / moduli[1] * each for each in missed]
 + more = [0.0 * each for each in missed]
 
+identify: slopes do not pass through the gages' gains
+fingerdesign/sensing/identify/bench_fit.py | tests/sensing/test_identify_bench.py -k by_moduli
+- own = through[:, None] * (self.columns + self._exact_columns(x))
++ own = self.columns + self._exact_columns(x)
+
+identify: gains are not fitted again at each finger
+fingerdesign/sensing/identify/bench_fit.py | tests/sensing/test_identify_bench.py -k gains_and_touch
+- x[own] += lsq_linear(jacobian, -self.residual(x), room).x
++ x[own] += 0.0 * lsq_linear(jacobian, -self.residual(x), room).x
+
+an order of elimination is lost to the next pattern
+fingerdesign/fem/factor.py | tests/fem/test_condensation.py -k order_of_a_model
+- if held + coming <= _MOST_ORDERED:
++ if held <= 0:
+
 sensitivities: values lie farther apart than they do
 fingerdesign/sensing/identify/sensitivities.py | tests/sensing/test_identify_bench.py -k own_curves
 - apart = [2.0 * _SHARE * latent.step for latent in latents]
