@@ -20,6 +20,9 @@ import hashlib
 import os
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from ctypes import POINTER, byref, c_double, c_int32, c_int64
 from importlib.util import find_spec
 from pathlib import Path
@@ -35,11 +38,11 @@ from fingerdesign.errors import SolverError
 _SHIFT = 1.0
 _TINY = 1e-13  # Relative to a diagonal entry: a smaller pivot is the rounding of zero.
 _ONE_THREAD = 1_000_000  # With fewer entries a second thread gains next to nothing.
-# Orders of models that are gone, the last ones at the end, by their patterns: PARDISO, with 190 MB
-# at 111k dofs, and its count of operations. So many equations are held at most, with a new model's:
-# the first orders go before it takes memory.
+# Orders of models that are gone, the last one at the end, by their patterns: PARDISO, with 190 MB
+# at 111k dofs, and its count of operations. They go before a model of another pattern takes memory,
+# but for those of so many equations, the new model's among them.
 _ORDERS: dict[bytes, tuple[Any, float]] = {}
-_MOST_ORDERED = 400_000
+_held = ContextVar("equations whose orders are held", default=0)
 
 _BLOCK = 48  # Fields solved for at a time: of 64, 5 % less time and 30 MB more at 120k dofs.
 
@@ -192,6 +195,16 @@ class Condensation:
             solver.free_memory(everything=True)
 
 
+@contextmanager
+def orders_held(equations: int) -> Iterator[None]:
+    """Meanwhile hold orders of elimination of so many equations, for meshes that take turns."""
+    token = _held.set(equations)
+    try:
+        yield
+    finally:
+        _held.reset(token)
+
+
 def has_pardiso() -> bool:
     """True where MKL PARDISO can be used."""
     return find_spec("pypardiso") is not None
@@ -207,7 +220,7 @@ def _forget_orders(coming: int) -> None:
     """Free the first orders until there is room for one of so many equations."""
     for pattern in list(_ORDERS):
         held = sum(len(kept[0].perm) for kept in list(_ORDERS.values()))
-        if held + coming <= _MOST_ORDERED:
+        if held + coming <= _held.get():
             break
         _forget_order(pattern)
 

@@ -41,6 +41,7 @@ from scipy.optimize import lsq_linear
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.control.bench_curves import BenchCurves, Phase, Points, Slide, pressed
 from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.fem.factor import orders_held
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import (
     MOST_LEAN_DEG,
@@ -79,6 +80,7 @@ _SHARES = (0.4, 0.8)
 _EXACT = ("gain", "touch", "modulus")  # Latents whose slopes need curves alone.
 # Those that need no other finger; so many steps settle them, the second for the touch.
 _FREE, _SETTLING = ("gain", "touch"), 2
+_EQUATIONS = 400_000  # Of the rough and the coarse mesh together, at most.
 _SMALL = 0.25  # The mesh changes a small shear's readings by this fraction of a press's.
 
 
@@ -415,12 +417,13 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     x = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
     bounds, fall = _bounds(design, latents), np.inf
     x = problem.settled(x, bounds)
-    for steps in _STEPS:
-        problem.derive(x)
-        report("fitting")
-        x, fall = _least_squares(problem, x, bounds, steps)
-        if fall < _ENOUGH * float(np.sum(problem.residual(x) ** 2)):
-            break
+    with orders_held(_EQUATIONS):
+        for steps in _STEPS:
+            problem.derive(x)
+            report("fitting")
+            x, fall = _least_squares(problem, x, bounds, steps)
+            if fall < _ENOUGH * float(np.sum(problem.residual(x) ** 2)):
+                break
     left = problem.residual(x)
     # Squares under their number are noise: no step is needed there.
     if fall >= _ENOUGH * max(float(left @ left), len(left)):
