@@ -23,6 +23,7 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.fem.elements import physical_gradients, quadrature, strain_order, tabulate
 from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, System, pressure_nodes
+from fingerdesign.runtime.threads import in_threads
 from fingerdesign.sensitivity.change import Change
 
 _ENTRIES = 400_000  # Of the largest temporary array: 8 MB.
@@ -48,7 +49,8 @@ def products(
     found = np.zeros((len(changes), len(fields), count))
     between = np.zeros((len(changes), pairs[0].shape[1]))
     shares = [sp.csr_matrix(side.T) for side in pairs]
-    for part in _parts(body, system, changes, max(count, 1)):
+
+    def of(part: "_Part") -> tuple[IntArray, Array, Array | None]:
         used, local = _numbered(part.unknowns)
         left = fields.take(used, axis=1)
         moved = part.without_translation((left[:first].T @ loads)[local], 1)
@@ -59,12 +61,16 @@ def products(
         for number, each in enumerate(matrices):
             force[:, number] = add @ (each @ moved).reshape(local.size, count)
         product = left @ force.reshape(len(used), len(matrices) * count)
-        found[part.numbers] += product.reshape(len(left), *force.shape[1:]).swapaxes(0, 1)
-        if between.size:
-            here, there = (
-                part.without_translation((side @ left[:first])[:, local], 2) for side in shares
-            )
-            between[part.numbers] += _of_pairs(matrices, here, there)
+        own = product.reshape(len(left), *force.shape[1:]).swapaxes(0, 1)
+        if not between.size:
+            return part.numbers, own, None
+        both = [part.without_translation((side @ left[:first])[:, local], 2) for side in shares]
+        return part.numbers, own, _of_pairs(matrices, *both)
+
+    for numbers, own, paired in in_threads(of, _parts(body, system, changes, max(count, 1))):
+        found[numbers] += own
+        if paired is not None:
+            between[numbers] += paired
     return found, between
 
 

@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from functools import partial
 from unittest.mock import patch
 
 import numpy as np
@@ -27,6 +26,7 @@ from fingerdesign.sensing.identify import bench_fit
 from fingerdesign.sensing.identify.bench import (
     COARSE,
     FINE,
+    LEAN_STEP,
     BenchModel,
     bench_finger,
     phase_problems,
@@ -161,19 +161,22 @@ def test_sensitivities_are_differences_of_the_models_own_curves(design):
     """A wrong one hardly spoils a fit, which corrects it, but its stated deviations."""
     plan = protocol(design, (2.0,))
     model = BenchModel(design, (*plan[:3], plan[-1]))  # pressed, sheared twice, pressed at a tilt
-    latents = [Latent("x", 2), Latent("angle", 1), Latent("modulus")]
+    latents = [Latent("x", 2), Latent("lean"), Latent("angle", 1), Latent("modulus")]
     found = differences(model, design, latents, 0.5, lambda message: None)
     for latent, slope in zip(latents, found, strict=True):
-        low, high = (
-            model.curves(with_latents(design, [latent], np.array([side * latent.step])), 0.5)
-            for side in (-1.0, 1.0)
-        )
+        if latent.kind == "lean":
+            step = LEAN_STEP["plane-strain"]
+            low, high = (model.curves(design, 0.5 + side * step) for side in (-1.0, 1.0))
+        else:
+            step = latent.step
+            ends = [np.array([side * step]) for side in (-1.0, 1.0)]
+            low, high = (model.curves(with_latents(design, [latent], end), 0.5) for end in ends)
         for take in (
             lambda each: each.calibration.normal.readings,
             lambda each: each.calibration.normal.normal_force,
             lambda each: each.tilted[0][1].readings,
         ):
-            own = (take(high) - take(low)) / (2.0 * latent.step)
+            own = (take(high) - take(low)) / (2.0 * step)
             derived = (take(slope.high) - take(slope.low)) / slope.apart
             assert derived == pytest.approx(own, abs=0.05 * np.abs(own).max())
 
@@ -231,10 +234,9 @@ def test_slopes_by_moduli_and_gains_are_those_of_other_fingers(design):
     data = bench_fit._data(measured, np.ones(GAGES, bool))
     latents = [Latent(kind) for kind in ("modulus", "plate_modulus")]
     latents += [Latent("gain", number) for number in range(1, GAGES + 1)]
-    derive = partial(differences, model, report=lambda message: None)
-    problem = bench_fit._Problem(model, data, latents, derive)
+    problem = bench_fit._Problem(model, data, latents)
     x = np.array([0.3, -0.2, *np.full(GAGES, 4.0)])  # Slopes pass through gains of 1.12.
-    problem.derive(x)
+    problem.derive(x, model, roughly=False, report=lambda message: None)
     slopes = problem.jacobian(x)
     for k, step in enumerate((0.2, 0.2, 0.1)):
         ends = [problem.residual(x + step * side * np.eye(len(x))[k]) for side in (-1.0, 1.0)]
@@ -250,7 +252,7 @@ def test_gains_and_touch_are_fitted_without_another_finger(design, calls_of):
     data = bench_fit._data(measured, np.ones(GAGES, bool))
     latents = [Latent("poisson"), Latent("touch")]
     latents += [Latent("gain", number) for number in range(1, GAGES + 1)]
-    problem = bench_fit._Problem(model, data, latents, derive=None)
+    problem = bench_fit._Problem(model, data, latents)
     x = np.zeros(len(latents))
     before = problem.residual(x)
     condensed = calls_of(BenchModel, "bench")

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import ContactProblem
@@ -33,6 +32,7 @@ from fingerdesign.fem.model import ContactOf
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.runtime.streams import stream
+from fingerdesign.runtime.threads import in_threads
 from fingerdesign.sensing.model import BenchFinger, against, against_plane, meshed_for_grips
 from fingerdesign.sensing.perturb.faults import ALL
 from fingerdesign.sensing.perturb.finger import perturb
@@ -262,15 +262,13 @@ class BenchModel:
         """What plays the moves on a condensed finger, on a bench that leans, degrees."""
         moved = self.moved
 
+        def played(of: tuple[Phase, ContactProblem]) -> Phase:
+            return of[0].played(CondensedPlant(of[1], own.gages.face))
+
         def curves(lean_deg: float) -> BenchCurves:
-            with one_thread():
-                played = [
-                    phase.played(CondensedPlant(problem, own.gages.face))
-                    for phase, problem in zip(
-                        moved, leaning(bench, own, moved, lean_deg), strict=True
-                    )
-                ]
-            return bench_curves(played, bench.model.gage_x)
+            problems = leaning(bench, own, moved, lean_deg)
+            found = [*in_threads(played, zip(moved, problems, strict=True))]
+            return bench_curves(found, bench.model.gage_x)
 
         return curves
 

@@ -14,7 +14,8 @@ moves. s: the sensors' noise and, in squares, the difference of two meshes of on
 
 Steps are Gauss-Newton's. The Jacobian is derived at the design, and after the first and the second
 step (sensitivities.py): readings curve with the plates' places, more than with all else. In 3-D it
-is that of a rough mesh: off by 8 %, for a third of the time. Gains and touch need no other finger:
+is that of a rough mesh: off by 8 %, for a third of the time; only the last one's slope by the lean
+is of the fit's own mesh. Gains and touch need no other finger:
 after each step they are fitted alone. Plates move within the design's mesh: meshed again, a
 finger's readings change with the last digits of its plates' places by as much as its angles are
 worth.
@@ -32,7 +33,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, partial
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,7 +50,7 @@ from fingerdesign.sensing.identify.bench import (
     protocol,
 )
 from fingerdesign.sensing.identify.latents import MOST_POISSON, Latent, latents_of, with_latents
-from fingerdesign.sensing.identify.sensitivities import Difference, differences
+from fingerdesign.sensing.identify.sensitivities import differences
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -67,7 +68,8 @@ BEYOND = {
     "3d": {"x": 0.015, "y": 0.008, "angle": 0.1, "lean": 0.02},
 }
 _FORCES = 12  # Points of a press that are compared.
-_MOVES = 24  # Moves of a press whose derivatives are taken.
+# Moves of a press where the lean is looked for and first derivatives are taken, and of the last.
+_MOVES = (12, 24)
 _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
 _REACH = 4.0  # The largest change in standard deviations.
@@ -218,19 +220,21 @@ def _compared(slide: Slide) -> IntArray:
     return np.unique([*(int(np.argmax(shares >= share)) for share in _SHARES), len(shares) - 1])
 
 
-def _thinned(phase: Phase) -> Phase:
+def _thinned(phase: Phase, moves: int) -> Phase:
     """A press with fewer moves: derivatives need no more."""
     points = phase.points
-    if phase.kind != "press" or len(points.approach) <= _MOVES:
+    if phase.kind != "press" or len(points.approach) <= moves:
         return phase
-    some = _some(len(points.approach), _MOVES)
+    some = _some(len(points.approach), moves)
     return replace(phase, points=Points(*(getattr(points, f.name)[some] for f in fields(Points))))
 
 
-def _planned(design: Design, tilts: Sequence[float], friction: float) -> tuple[Phase, ...]:
+def _planned(
+    design: Design, tilts: Sequence[float], friction: float, moves: int
+) -> tuple[Phase, ...]:
     """The protocol's phases, as far as derivatives need them, at the bench's friction."""
     plan = protocol(design, tilts)
-    return tuple(replace(_thinned(each), friction_coefficient=friction) for each in plan)
+    return tuple(replace(_thinned(each, moves), friction_coefficient=friction) for each in plan)
 
 
 def small_pulls(phases: Sequence[Phase], count: int) -> tuple[Array, Array]:
@@ -255,16 +259,9 @@ def dead_gages(curves: BenchCurves, noise: float) -> tuple[int, ...]:
 class _Problem:
     """Residuals over deviations, and their derivatives by the latents over theirs."""
 
-    def __init__(
-        self,
-        model: BenchModel,
-        data: _Data,
-        latents: Sequence[Latent],
-        derive: Callable[[Design, Sequence[Latent], float], list[Difference]],
-    ) -> None:
-        """derive: differences of curves of a finger by its places and moduli, on a bench that
-        leans, degrees. columns (data, latents): the Jacobian's, 0 of what is exact."""
-        self.model, self.data, self.latents, self._derive = model, data, latents, derive
+    def __init__(self, model: BenchModel, data: _Data, latents: Sequence[Latent]) -> None:
+        """columns (data, latents): the Jacobian's, 0 of what is exact."""
+        self.model, self.data, self.latents = model, data, latents
         self.columns = np.zeros((data.strain.size + len(data.scalar), len(latents)))
         self.scale = np.array([each.deviation for each in latents])
         self._kinds = np.array([each.kind for each in latents])
@@ -325,16 +322,19 @@ class _Problem:
             x[own] += lsq_linear(jacobian, -self.residual(x), room).x
         return x
 
-    def derive(self, x: Array) -> None:
-        """Take the columns again, at x."""
-        shaped = [k for k, each in enumerate(self.latents) if each.kind not in (*_EXACT, "lean")]
+    def derive(self, x: Array, planned: BenchModel, roughly: bool, report: Report) -> None:
+        """Take the columns again, at x, in the moves of ``planned``. roughly: that of the lean in
+        the rough mesh, too."""
+        exact = _EXACT if roughly else (*_EXACT, "lean")
+        shaped = [k for k, each in enumerate(self.latents) if each.kind not in exact]
         lean = float(self.values(x, "lean").sum())
-        found = self._derive(self.finger(x), [self.latents[k] for k in shaped], lean)
+        own = [self.latents[k] for k in shaped]
+        found = differences(planned, self.finger(x), own, lean, report)
         self.columns = np.zeros_like(self.columns)
         for k, each in zip(shaped, found, strict=True):
             low, high = (self._weighed(*self.data.where.of(c)) for c in (each.low, each.high))
             self.columns[:, k] = (high - low) * self.scale[k] / each.apart
-        if "lean" in self._kinds:
+        if "lean" in self._kinds and not roughly:
             own, slope = self._kinds == "lean", self._slope(x, "lean", self.model.lean_step)
             self.columns[:, own] = slope[:, None] * self.scale[own]
 
@@ -409,17 +409,19 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     alive = ~np.isin(np.arange(1, gages + 1), dead)
     data = _data(measured, alive)
     model = BenchModel(design, phases, measured.fidelity)
-    about = _about_lean(model.rough_curves_by_lean(), data, report) if tilts else 0.0
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
-    planned = replace(model, phases=_planned(design, tilts, friction))
-    derive = partial(differences, planned, report=report)
-    problem = _Problem(model, data, latents, derive)
+    at_first, in_the_end = (
+        replace(model, phases=_planned(design, tilts, friction, moves)) for moves in _MOVES
+    )
+    about = _about_lean(at_first.rough_curves_by_lean(), data, report) if tilts else 0.0
+    problem = _Problem(model, data, latents)
     x = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
     bounds, fall = _bounds(design, latents), np.inf
     x = problem.settled(x, bounds)
     with orders_held(_EQUATIONS):
-        for steps in _STEPS:
-            problem.derive(x)
+        for number, steps in enumerate(_STEPS, 1):
+            roughly = number < len(_STEPS)
+            problem.derive(x, at_first if roughly else in_the_end, roughly, report)
             report("fitting")
             x, fall = _least_squares(problem, x, bounds, steps)
             if fall < _ENOUGH * float(np.sum(problem.residual(x) ** 2)):

@@ -14,13 +14,14 @@ import numpy as np
 
 from fingerdesign.analysis.case import fundamental_scene, gage_array
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
-from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import Motion
+from fingerdesign.contact.path import Step, follow
+from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.bench_curves import BenchCurves, Phase, bench_curves
 from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.threads import in_threads
 from fingerdesign.sensing.identify.bench import (
+    LEAN_STEP,
     ROUGH,
     BenchModel,
     bench_finger,
@@ -56,7 +57,8 @@ class Difference:
 def differences(
     model: BenchModel, finger: Design, latents: Sequence[Latent], lean_deg: float, report: Report
 ) -> list[Difference]:
-    """Differences of a finger's curves by each latent, in the design's rough mesh.
+    """Differences of a finger's curves by each latent, in the design's rough mesh: that of the lean
+    by playing the moves at two, the others by derivatives.
 
     lean_deg: the bench's lean. Raises SolverError where the model has no answer."""
     report("sensitivities")
@@ -65,18 +67,19 @@ def differences(
     rough = bench_finger(design, phases, model.fidelity, model.design, ROUGH)
     condensed, bench = rough.model()
     problems = leaning(bench, design, phases, lean_deg)
-    with one_thread():
-        paths = [
-            [*follow(problem, _motions(phase), 1)]
-            for phase, problem in zip(phases, problems, strict=True)
-        ]
+
+    def followed(of: tuple[Phase, ContactProblem]) -> list[Step]:
+        return [*follow(of[1], _motions(of[0]), 1)]
+
+    paths = [*in_threads(followed, zip(phases, problems, strict=True))]
     increments = [[step.increment for step in steps] for steps in paths]
     every = [each for own in increments for each in own]
     nodes = near_nodes(problems[0], every)
     # What touches in one phase and what is normal to the surface of another.
     needed = np.any([needed_dofs(problem, every, nodes) for problem in problems], axis=0)
+    smooth = [latent for latent in latents if latent.kind != "lean"]
     fields = response_fields(condensed.condensed, nodes, needed)
-    names, factors = zip(*(_parameter_of(design, latent) for latent in latents), strict=True)
+    names, factors = zip(*(_parameter_of(design, latent) for latent in smooth), strict=True)
     scene = fundamental_scene(design)
     changes = changes_of(design, condensed, parameters_of(design, scene, names))
     report("sensitivities: rates of the model")
@@ -90,16 +93,19 @@ def differences(
         begin += len(own)
         slopes = _slopes(found, design, len(steps), factors)
         moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
-    curves = [
-        bench_curves(
-            [_shifted(*each, k, side * _SHARE * latent.step) for each in moved],
-            problems[0].model.gage_x,
-        )
-        for k, latent in enumerate(latents)
-        for side in (-1.0, 1.0)
-    ]
-    apart = [2.0 * _SHARE * latent.step for latent in latents]
-    return [Difference(*each) for each in zip(curves[::2], curves[1::2], apart, strict=True)]
+    leaning_by = model.played_on(bench, design)
+    gages = problems[0].model.gage_x
+
+    def next_to(latent: Latent) -> Difference:
+        if latent.kind == "lean":
+            step = LEAN_STEP[model.fidelity]
+            return Difference(leaning_by(lean_deg - step), leaning_by(lean_deg + step), 2.0 * step)
+        step, k = _SHARE * latent.step, smooth.index(latent)
+        sides = [[_shifted(*each, k, off) for each in moved] for off in (-step, step)]
+        low, high = (bench_curves(side, gages) for side in sides)
+        return Difference(low, high, 2.0 * step)
+
+    return [next_to(latent) for latent in latents]
 
 
 def _parameter_of(design: Design, latent: Latent) -> tuple[str, float]:

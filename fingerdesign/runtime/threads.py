@@ -1,0 +1,35 @@
+"""Independent calls in this process's threads: for work in compiled code, without Python's lock."""
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextvars import copy_context
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Found = TypeVar("Found")
+
+
+def in_threads(function: Callable[[Item], Found], items: Iterable[Item]) -> Iterator[Found]:
+    """``function(item)`` of each item, in their order, in as many threads as BLAS may use here.
+
+    Each has one thread of BLAS: answers have the same bits for any number of threads. One item more
+    than there are threads is taken ahead of the answers. An error of a call is raised in its turn.
+    Calls see the caller's context variables.
+    """
+    from threadpoolctl import ThreadpoolController
+
+    libraries = ThreadpoolController().select(user_api="blas")
+    threads = max((each["num_threads"] for each in libraries.info()), default=1)
+    with libraries.limit(limits=1):
+        if threads == 1:
+            yield from map(function, items)
+            return
+        with ThreadPoolExecutor(threads) as pool:
+            waiting = deque[Future[Found]]()
+            for item in items:
+                waiting.append(pool.submit(copy_context().run, function, item))
+                if len(waiting) > threads:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
