@@ -48,6 +48,7 @@ def package(folder):
 ALONE, COMMANDS = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     [
@@ -78,6 +79,7 @@ def here(folder, nothing_allowed):
             del sys.modules[name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("line", ALONE.splitlines())
 def test_a_controller_in_one_file_grips(here, line, capsys):
     assert main(line.split()[1:]) == 0, capsys.readouterr()

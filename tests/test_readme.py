@@ -93,6 +93,7 @@ def test_the_readme_leads_to_a_mold_and_shows_what_is_printed(in_tmp_path, capsy
     assert page.count('class="badge"') > 6  # one a part
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "step",
     [

@@ -77,6 +77,7 @@ def command(tmp_path_factory):
         yield run
 
 
+@pytest.mark.slow
 def test_files_of_a_plug_in_are_checked_its_object_pressed_and_its_controller_grips(command):
     code, written = command("check", "toy.toml", "--scene", "bar.toml")
     assert code == 0, written
@@ -87,6 +88,7 @@ def test_files_of_a_plug_in_are_checked_its_object_pressed_and_its_controller_gr
     assert (grip.controller, grip.lifted) == ("steady", True)
 
 
+@pytest.mark.slow
 def test_variants_of_a_study_are_computed_in_processes_that_know_the_plug_in(command):
     (command.folder / "study.toml").write_text(STUDY)
     code, written = command("sweep", "study.toml", "--out", "swept", "--workers", "1", "--json")

@@ -72,6 +72,7 @@ def test_three_of_a_hundred_may_be_refused_with_a_remedy_and_no_more():
     assert failing(*[refused] * 4, *good) == ["designs without a mold"]
 
 
+@pytest.mark.slow
 def test_what_a_refusal_tells_to_set_is_tried_until_a_plan_is_found():
     design, _ = design_of("69")  # a core that no pins can hold
     with pytest.raises(DesignError) as error:

@@ -156,6 +156,7 @@ def test_how_sure_a_look_up_is_comes_from_the_one_off_models(table):
     assert 0.2 < found["relative"] < 0.4  # nine of ten, the meshes' part taken off
 
 
+@pytest.mark.slow
 def test_what_is_judged_and_drawn(table, tmp_path):
     chart, rules = judged(table)
     assert set(chart.table) == {"points", "also", "rules", "uncertainty"}

@@ -27,6 +27,7 @@ planes = [size(dofs=n) for n in (1000, 5000, 33000)]
 spaces = [size(SPACE, n, 500, increment_s=0.05) for n in (1e3, 1e4, 5e4, 100_000, 200_000)]
 
 
+@pytest.mark.slow
 def test_a_case_in_a_process_of_its_own():
     case = {"fidelity": "plane-strain", "contact": 0.4, "far": 2.0, "layers": 1, "runs": 2}
     found = run_case(case)
@@ -39,6 +40,7 @@ def test_a_case_in_a_process_of_its_own():
         run_case({"fidelity": "plane-strain", "runs": 1})
 
 
+@pytest.mark.slow
 def test_a_grip_has_200_moves_or_more():
     values = {"mesh.section.contact_size_mm": 0.4, "mesh.section.plate_size_mm": 0.4}
     found = run_case({"grip": True, "fidelity": "plane-strain", "runs": 1, "values": values})
@@ -47,6 +49,7 @@ def test_a_grip_has_200_moves_or_more():
     assert run["per_200"] == pytest.approx(run["seconds"] * 200 / run["moves"])
 
 
+@pytest.mark.slow
 def test_pads_in_mujoco_are_measured_against_their_targets():
     pytest.importorskip("mujoco", reason="pip install 'fingerdesign[mujoco]' brings it")
     found = Coupled(**run_case({"mujoco": True, **QUICK, "seconds": 0.2}))

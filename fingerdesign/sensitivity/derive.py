@@ -162,12 +162,17 @@ def contact_forces(fields: ResponseFields, increments: Sequence[Increment]) -> A
 
 
 def rates_under(
-    fields: ResponseFields, changes: Sequence[Change], force: Array, pairs: tuple[Array, Array]
+    fields: ResponseFields,
+    changes: Sequence[Change],
+    force: Array,
+    pairs: tuple[Array, Array],
+    rounding: float = _RANK,
 ) -> tuple[Array, Array]:
     """Rates (P, r, K) of what the model answers to forces (K, n, dim) that stay as they are, and
-    those (P, j) of pairs, see :meth:`ResponseFields.rates`. Forces are combined from a basis."""
+    those (P, j) of pairs, see :meth:`ResponseFields.rates`. Forces are combined from a basis, to
+    the fraction ``rounding`` of the largest."""
     left, sizes, right = svd(force.reshape(len(force), -1).T, full_matrices=False)
-    rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
+    rank = int((sizes > rounding * sizes.max(initial=0.0)).sum())
     basis, between = fields.rates(changes, left[:, :rank], pairs)
     return basis @ (sizes[:rank, None] * right[:rank]), between
 

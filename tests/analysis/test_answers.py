@@ -72,6 +72,7 @@ def contents_of_cached(case, out):
     return contents(out / case.design.design.name)
 
 
+@pytest.mark.slow
 def test_no_answer_is_taken_for_another_or_when_it_is_garbled(case, tmp_path, own_cache):
     first = analyse_into(case, tmp_path)
     softer = with_values(case.design, {"materials.silicone.youngs_modulus_MPa": 1.0})
@@ -92,6 +93,7 @@ def test_no_answer_is_taken_for_another_or_when_it_is_garbled(case, tmp_path, ow
     assert cached.stat().st_mtime_ns > before
 
 
+@pytest.mark.slow
 def test_arrays_and_designs_that_were_changed_are_refused(case, tmp_path, own_cache, capsys):
     analyse_into(case, tmp_path)
     folder = tmp_path / "narrow"

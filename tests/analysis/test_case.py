@@ -63,6 +63,7 @@ def test_half_only_where_design_and_scene_mirror():
     assert not Case(design_of(plates={"stagger_mm": 1.0, "span_mm": 4.0}), SCENE).symmetric
 
 
+@pytest.mark.slow
 def test_two_rows_are_read_and_one_is_sampled():
     """All gages are in the increments; slip study and grips see the array alone, and say so."""
     rows = [{"count": 3, "cover_mm": 4.5, "angle_deg": 0.0, "pitch_mm": 3.0}]

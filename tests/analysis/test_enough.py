@@ -25,6 +25,7 @@ def solved(text, fidelity="plane-strain", design=DESIGN):
     return found, max(row.stick_nodes + row.slip_nodes for row in found.increments)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

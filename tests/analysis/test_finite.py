@@ -38,6 +38,7 @@ def design():
     return with_values(parse_design(FINGER), COARSE)
 
 
+@pytest.mark.slow
 def test_small_loads_read_as_at_small_strain(design):
     """To a thousandth of each one's largest , one micrometre deep."""
     scene = scene_of([[0.001, 0.0], [0.001, 0.0003]], "substeps = 1")  # as at finite strain

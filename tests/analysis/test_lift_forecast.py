@@ -49,6 +49,7 @@ def against_the_model(design, problem):
         yield lift.approach_mm / found.motion.approach, 2.0 * lift.contact_half_width_mm / width
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["narrow", "sensitive", "wide"])
 def test_approach_and_width_are_forecast_within_a_factor(name):
     design = load_design(name)
@@ -115,6 +116,7 @@ def test_check_tells_the_lifts(terminal, tmp_path):
     assert "Lift with a margin" in terminal("check", file).out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mass_g", "values", "carried"),
     [

@@ -42,6 +42,7 @@ def test_the_demo_s_gages_answer_too_little(demo):
     )
 
 
+@pytest.mark.slow
 def test_what_would_help_helps(demo):
     _, found = demo
     softer, thinner = found.result.measurability.remedies

@@ -41,6 +41,7 @@ def test_files_are_written_from_a_process(design_of, tmp_path):
     assert all(path.stat().st_size > 500 for path in files.values())
 
 
+@pytest.mark.slow
 def test_most_of_vtk_is_loaded_where_a_name_of_it_is_used():
     few, all_of_them = call(vtk_modules, time_s=60.0)
     assert few < 0.3 * all_of_them
@@ -64,6 +65,7 @@ def test_files_are_built_again_for_another_shape_only(design_of, own_cache, tmp_
     assert built["finger.stl"].read_bytes() == first["finger.stl"].read_bytes()
 
 
+@pytest.mark.slow
 def test_what_cannot_be_built_or_does_not_come_back_is_reported(design_of, monkeypatch):
     design = design_of("arc", "full span")
     frames = tuple(replace(frame, place=0.1 * frame.index) for frame in plate_frames(design))

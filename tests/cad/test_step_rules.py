@@ -91,6 +91,7 @@ def test_edges_and_ledges_belong_to_the_contact_surface_by_angle_and_height(tmp_
     assert high.lowest == pytest.approx(12.0)
 
 
+@pytest.mark.slow
 def test_bodies_that_a_rule_does_not_fit(tmp_path):
     """Each fault names the rule to blame and says what would do."""
     plain, ball = block(), cq.Workplane("XY").sphere(6.0)

@@ -246,6 +246,7 @@ def test_content_counts_not_place_nor_time_of_writing(steps, tmp_path):
     assert content_of(str(other)) != content_of(steps["arc"].file)
 
 
+@pytest.mark.slow
 def test_many_smooth_faces_are_searched_by_boxes_without_missing_any(steps):
     facts = step_facts(steps["rounded"])
     assert len(facts.faces) == 18

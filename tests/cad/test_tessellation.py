@@ -47,6 +47,7 @@ def test_the_chord_tolerance_holds_on_every_body(body, tolerance, design_of, sol
     assert 0.0 < away.max() <= 1.02 * tolerance
 
 
+@pytest.mark.slow
 def test_where_the_kernel_exceeds_the_chord_it_is_requested_again(monkeypatch):
     """A dome whose arc is a half circle, of those met at random: 1.7 times at 0.75 tolerances."""
     body = Body(

@@ -305,6 +305,7 @@ def test_plates_are_at_the_surface_and_at_each_other_to_a_micrometre():
         assert keys(plates={"placement": [(0, 8, 90), (apart, 8, 90)]}) == expected
 
 
+@pytest.mark.slow
 @QUICK
 @given(st.floats(0.02, 0.14), st.floats(30, 150))
 def test_following_the_pitch_remedy_ends_the_fault(pitch, angle):

@@ -83,6 +83,7 @@ def test_a_folder_of_something_else_is_left_alone(command, folder, tmp_path, ter
     assert [path.name for path in (tmp_path / "coarse").iterdir()] == ["mine.txt"]
 
 
+@pytest.mark.slow
 def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, terminal):
     options = ["--friction", "0.3", "--friction", "0.7", "--mass-g", "30"]
     arguments = ["grip", folder / "fine.toml", "--out", tmp_path / "out", *options]
@@ -109,6 +110,7 @@ layers = 2
 LIMITS = "max_approach_mm = 0.2\nmax_steps = 20\n"  # of the design's last table, [grip]
 
 
+@pytest.mark.slow
 def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, terminal):
     """On a short finger swept through two layers: another model, named so, and taken by each."""
     short = COARSE.replace("[plates]", "[body]\ndepth_mm = 4.0\n[plates]\nspan_mm = 4.0")

@@ -31,6 +31,7 @@ def out(tmp_path):
     return tmp_path / "out"
 
 
+@pytest.mark.slow
 def test_files_of_a_finger(study, out, terminal):
     shown = terminal("generate", study, "--out", out, "--only", "1", "--workers", "1").out
     assert "1 variants, 0 of them there already" in shown

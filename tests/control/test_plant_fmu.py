@@ -97,6 +97,7 @@ def test_thousands_of_moves_are_the_engines(unit, finger, tmp_path):
     assert kinds.min() > 30
 
 
+@pytest.mark.slow
 def test_moves_in_space_are_the_engines(tmp_path):
     model = bump(9)
     readout = np.random.default_rng(1).normal(size=(4, model.compliance.shape[0]))
@@ -156,6 +157,7 @@ def test_what_does_not_fit_is_refused(finger):
         plant.plant_fmu(large, design)
 
 
+@pytest.mark.slow
 def test_a_regulator_grips_the_plant_unit_by_unit(half_plane, bench, tmp_path):
     """Both units, connected by names, against both in Python: the same moves and forces."""
     trained = estimator(FingerCurves.of(bench), (24, 12))

@@ -183,6 +183,7 @@ SOUND = st.fixed_dictionaries(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @settings(max_examples=15, derandomize=True, deadline=None)
 @given(SOUND)
 def test_what_is_written_reads_back(values):

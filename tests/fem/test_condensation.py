@@ -251,6 +251,7 @@ def test_slow_fallback_gives_the_same(monkeypatch):
             Condensation(unsound, rows)
 
 
+@pytest.mark.slow
 def test_the_order_of_a_model_serves_the_next_on_a_moved_mesh(calls_of):
     """While the model before lives it keeps its order; where nodes lie decides nothing."""
     pytest.importorskip("pypardiso")

@@ -261,6 +261,7 @@ def second_code(plates, rows, friction):
     return finite_readings(design, mesh_section(design, 8.0), Zone(9.9), scene)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("as_then")
 def test_pressed_far_and_sheared_with_friction():
     """Two discretisations of contact differ by 1e-4 where the contact is smallest, 2e-5 later."""

@@ -104,6 +104,7 @@ def test_a_core_ends_in_the_walls_or_clear_of_them(filleted, core, key):
     assert found == ([] if key is None else [key])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("filleted")
 def test_a_core_that_leaves_a_round_body_may_be_narrowed(tmp_path):
     round_body = Workplane("XZ").circle(8.0).extrude(-10.0)  # base in y = 0

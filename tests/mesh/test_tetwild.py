@@ -103,6 +103,7 @@ def known_tetrahedra(steps, unplated):
     return design, good
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case", [pytest.param(case, marks=[pytest.mark.slow] * (case not in FAST)) for case in CASES]
 )

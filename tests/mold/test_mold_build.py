@@ -191,6 +191,7 @@ def test_the_base_plate_s_holes_have_their_sizes(usual):
     assert volume_of(solid(built, BASE)) == pytest.approx(volume, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("process", ["sla", "machined"])
 def test_a_built_mold_passes_every_check(process, written):
     """Pins, bolts and holes as planned, in triangles that keep the chord."""

@@ -245,6 +245,7 @@ def test_a_low_core_s_pins_are_raised_until_a_wall_is_below_them():
         assert 2.0 * (high[1] - pin.y) > pin.diameter
 
 
+@pytest.mark.slow
 def test_pins_are_thinner_where_the_process_s_own_have_no_room():
     design = drawn(149)
     plan = plan_mold(design)

@@ -133,6 +133,7 @@ def test_menus_choose_colour_body_and_view(which, request):
     assert texts == ["width 20 mm", "depth 10 mm", "height 12.68 mm", "5 mm", "radius 20 mm"]
 
 
+@pytest.mark.slow
 def test_a_notebook_gets_the_same_figure_in_print_colours(solid):
     figure = finger_figure(solid)
     drawn = in_notebook(figure)

@@ -94,6 +94,7 @@ def test_how_it_failed_or_ended_is_a_sentence(function, given, words, machine, b
         assert (error.kind, error.machine, error.ended_by_others) == ("crashed", machine, by_others)
 
 
+@pytest.mark.slow
 def test_its_time_and_its_family(tmp_path):
     with pytest.raises(ProcessError, match=r"did not finish in 2 s") as caught:
         call(calls.hang, str(tmp_path / "pids"), time_s=2.0)
@@ -101,6 +102,7 @@ def test_its_time_and_its_family(tmp_path):
     assert gone(numbers(tmp_path / "pids"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("function", "time_s", "memory_MB", "kind"),
     [
@@ -134,6 +136,7 @@ def test_a_job_answers_next_to_the_callers_work_or_is_left_and_ends(tmp_path):
 # A warm one.
 
 
+@pytest.mark.slow
 def test_it_loads_ahead_and_once_and_in_its_own_time_if_it_has_one():
     with Worker(load=calls.load) as worker:
         worker.start()

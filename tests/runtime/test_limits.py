@@ -35,6 +35,7 @@ def test_the_main_thread_is_interrupted(interruptible):
         time.sleep(30.0)
 
 
+@pytest.mark.slow
 def test_a_command_that_is_stopped_leaves_nothing_half_written(tmp_path):
     file, out = tmp_path / "small.toml", tmp_path / "out"
     file.write_text(DESIGN)

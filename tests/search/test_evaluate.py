@@ -149,6 +149,7 @@ def test_variants_are_meshed_as_grips_are_but_for_what_the_study_says(job, desig
     assert replace(job, fidelity="auto").case.design == design
 
 
+@pytest.mark.slow
 def test_hands_of_a_finger_share_what_they_cannot_change(job):
     """Of four hands: one model, two calibrations (two lengths of steps), and each hand's own
     answer. Another travel is another finger."""

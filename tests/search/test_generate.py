@@ -149,6 +149,7 @@ def test_a_second_writer_is_refused(tmp_path):
     assert not list((tmp_path / "few").glob(".*.lock"))
 
 
+@pytest.mark.slow
 def test_killed_and_run_again_it_ends_as_if_undisturbed(tmp_path, fake_cad):
     study = tmp_path / "few.toml"
     study.write_text(TEXT, "utf-8")
@@ -183,6 +184,7 @@ def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
     check_whole_step(step)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fate", "reported", "time_s"),
     [

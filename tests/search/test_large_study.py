@@ -82,6 +82,7 @@ def test_a_row_is_what_it_was_and_small(tmp_path):
     assert len(own.failure.sentence) == 400
 
 
+@pytest.mark.slow
 def test_the_best_are_compared_and_shards_are_joined(tmp_path, monkeypatch):
     monkeypatch.setattr(large, "MOST_SHOWN", 40)
     outcomes = many(400)

@@ -95,6 +95,7 @@ def test_a_journal_cut_anywhere_goes_on(tmp_path, undisturbed, share):
     assert found == undisturbed[0]
 
 
+@pytest.mark.slow
 def test_it_learns_also_from_what_is_no_finger_and_costs_nothing(tmp_path):
     search, evaluator = search_of(TIGHT), Evaluator()
     tried = optimise(search, tmp_path / "j", evaluator, trials=80)
@@ -116,6 +117,7 @@ def test_it_learns_also_from_what_is_no_finger_and_costs_nothing(tmp_path):
     assert sum(feasible[40:]) > sum(feasible[:20]) * 1.5
 
 
+@pytest.mark.slow
 def test_the_best_are_confirmed_against_the_reference_of_the_same_model(longer, undisturbed):
     def flattering(job):
         """The reference is good in 3-D, where it was not in plane strain."""
@@ -193,6 +195,7 @@ def unseen_where_round(job):
     return replace(found, metrics=found.metrics | {"smallest_stick_change": unseen})
 
 
+@pytest.mark.slow
 def test_a_finger_that_fails_its_purpose_is_not_feasible_whatever_else_is_good(tmp_path):
     search, evaluator = search_of(), Evaluator(outcome=unseen_where_round)
     tried = optimise(search, tmp_path / "j", evaluator, trials=32)

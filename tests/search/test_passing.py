@@ -199,6 +199,7 @@ def test_of_fingers_with_good_gages_the_best_correlation_comes_first(tmp_path, p
     assert [good[pitch] for pitch in confirmed] == [2]
 
 
+@pytest.mark.slow
 def test_a_dome_takes_the_share_that_suits_the_dome_not_its_arc(tmp_path, plane_strain):
     """Arcs of it are good with a share of 0.5, the dome itself nearly, with 0.4 alone."""
     space, arcs = space_of(load_design("domed"), Freedom()), Bench()
@@ -216,6 +217,7 @@ def test_a_dome_takes_the_share_that_suits_the_dome_not_its_arc(tmp_path, plane_
     assert confirmed[0].gages.area_share == found.best.design.gages.area_share == 0.4
 
 
+@pytest.mark.slow
 def test_a_dome_that_falls_short_everywhere_is_judged_by_its_nearest(tmp_path, plane_strain):
     """The search gives up after so many domes, then searches a hand for the best one."""
     space, arcs = space_of(load_design("domed"), Freedom()), Bench()
@@ -241,6 +243,7 @@ def test_a_dome_that_falls_short_everywhere_is_judged_by_its_nearest(tmp_path, p
     assert found.passes  # With the hand that was searched again on its own mesh.
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keep", [(), ("body.shape",)])
 def test_an_arc_replaces_a_body_of_which_none_passes(tmp_path, plane_strain, keep):
     """Arcs pass and pins do not: the user learns it, unless he keeps the shape."""
@@ -279,6 +282,7 @@ def test_a_damaged_second_journal_is_found_before_the_first_trial(tmp_path):
         search_passing(load_design("pin"), Freedom(), tmp_path / "t.jsonl", Callbacks(never, never))
 
 
+@pytest.mark.slow
 def test_a_finger_that_is_no_sensor_as_cast_is_reported_with_the_remedy(tmp_path, plane_strain):
     narrow = load_design("narrow")
     words = unready(narrow)
@@ -342,6 +346,7 @@ def test_a_search_that_stops_in_a_whole_analysis_does_not_blame_the_hand(tmp_pat
         assert ("not yet analysed" in " ".join(conflicts_of(near))) is waits
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cast", [True, False])
 def test_fingers_that_can_be_cast_come_first(tmp_path, plane_strain, cast):
     """Plates in proportion to a narrow finger follow best, but no mold has webs for them."""
@@ -368,6 +373,7 @@ def test_fingers_that_can_be_cast_come_first(tmp_path, plane_strain, cast):
     assert arcs == ["–", "50"]
 
 
+@pytest.mark.slow
 def test_a_core_is_given_up_where_no_gages_are_good_with_it(tmp_path, plane_strain):
     design, bench, trials = load_design("boned"), Bench(), []
 
@@ -412,6 +418,7 @@ def test_nearest_hand_is_judged_as_a_whole_where_none_has_room_to_spare(tmp_path
     assert found.best.hand.shortfall == 0.05
 
 
+@pytest.mark.slow
 def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
     found, _ = searched(tmp_path, lambda design: judged(plane_strain.result, 4.0), hand=1.0)
     assert not found.passes

@@ -135,6 +135,7 @@ def test_a_finger_that_must_stay_without_a_row_along_x_is_refused():
     assert space_of(load_design("homogeneous"), Freedom()).parameters
 
 
+@pytest.mark.slow
 def test_trials_of_a_users_own_cad_are_made_on_an_arc_of_its_size():
     file = sample_step("filleted", 16.0, 12.0, 10.0, 1.5)
     body = f'body = {{ shape = "step", step = {{ file = "{file}" }} }}'

@@ -39,6 +39,7 @@ def job(base, number, **values):
     return Job(f"v-{number}", with_values(base, changed), Cost(), {"number": number, **values})
 
 
+@pytest.mark.slow
 def test_a_second_run_computes_nothing_and_twins_are_computed_once(base, tmp_path, evaluators):
     jobs = [job(base, n) for n in range(5)]
     jobs.append(replace(jobs[4], name="twin", values={"number": 1.0}, cost=Cost(plate=7.0)))

@@ -63,6 +63,7 @@ def test_what_was_drawn_is_found_within_its_intervals(data, made):
     assert data.next_motion is None
 
 
+@pytest.mark.slow
 def test_a_press_alone_tells_no_friction_and_asks_for_a_shear(design, made):
     trace = cut(made.trace, 150)
     assert trace.dx.max() == 0.0
@@ -155,6 +156,7 @@ def slid_at_two_depths(design, law):
     return replace(trace, readings=noisy[:, 2:], temperature=none + 20.0, **forces)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "exponent", "words"),
     [
@@ -211,6 +213,7 @@ def test_temperature_is_read_and_written(made):
     assert again.temperature == pytest.approx(made.trace.temperature)
 
 
+@pytest.mark.slow
 def test_the_command_and_its_mistakes(design, made, tmp_path, terminal):
     file, trace = tmp_path / "mine.toml", tmp_path / "trace.csv"
     file.write_text(FINGER)

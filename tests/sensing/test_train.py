@@ -79,6 +79,7 @@ def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
     assert np.abs(loud[:, :3] - quiet[:, :3]).mean() > 0.0
 
 
+@pytest.mark.slow
 def test_samples_are_the_same_in_any_number_of_processes(problem, grips):
     curves = finger_curves(problem, "upper", BOUNDS)
     twice = replace(SETTINGS, replicates=2)
@@ -142,6 +143,7 @@ def test_the_grips_of_a_policy_depend_on_their_seed_and_are_true(problem, grips)
         assert pulled > 0.0
 
 
+@pytest.mark.slow
 def test_errors_are_of_other_fingers_where_there_are_some(problem, grips):
     """Sixty grips, of one finger or of so many; the first nine are held out."""
     curves = finger_curves(problem, "upper", BOUNDS)
@@ -195,6 +197,7 @@ def test_an_interrupted_training_goes_on_and_is_that_of_any_workers(cache_in, tm
     assert one.friction_utilisation_errors[0] < 0.35
 
 
+@pytest.mark.slow
 def test_training_is_cached_and_repeated_for_a_broken_file(problem, own_cache, tmp_path):
     keys = {"grip.regulator.training_fingers": 1, "grip.regulator.training_grips": 50}
     keys |= {"grip.max_approach_mm": 0.12, "grip.preload_mm": 0.01}

@@ -203,6 +203,7 @@ def test_warnings_of_slip_are_summed_up_over_grips():
     assert set(nothing.values()) == {None}
 
 
+@pytest.mark.slow
 def test_an_interval_over_fingers_covers_what_one_over_lifts_does_not():
     """25 fingers of four lifts: rates of fingers are from a beta distribution with mean 0.85."""
     rng, of, held = np.random.default_rng(0), [4] * 25, np.zeros(2)

@@ -119,6 +119,7 @@ def test_a_damaged_journal_is_found_before_the_work(design, tmp_path):
         run_study(design, ["oracle_1.2"], GRID, tmp_path / "j", StudyOptions(report=pytest.fail))
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_whole_folder(coarse_file, tmp_path, capsys):
     out = tmp_path / "out"
     folder = out / "coarse"
@@ -288,6 +289,7 @@ def test_unannounced_are_those_that_went_wrong_without_a_warning():
     assert (unannounced(silent), unsure(silent)) == (None, None)
 
 
+@pytest.mark.slow
 def test_processes_and_interruptions_change_nothing(bench, tmp_path):
     """The third batch is interrupted: the next run makes those that are left, and none again."""
     names, made = ["fixed_ratio", "oracle_1.2"], []

@@ -191,6 +191,7 @@ def test_by_another_mesher_a_finger_is_much_the_same(own_cache):
     assert 0.0 < worst < 0.1 * np.abs(one.readings).max()
 
 
+@pytest.mark.slow
 def test_all_controllers_meet_the_same_fingers(coarse_file, tmp_path, capsys):
     given = ["study", "--perturbed", str(coarse_file), "--out", str(tmp_path / "out")]
     given += ["--plants", "2", "--lifts", "1", "--workers", "1", "--quiet"]

@@ -186,6 +186,7 @@ GRID = ControlGrid((0.4,), (150.0,), (0.5,), hold_s=0.05, tug=None)
 TUNED = StudyOptions(tuning=TuningSetting(budget=SMALL))
 
 
+@pytest.mark.slow
 def test_a_tuned_study_has_the_best_values_and_its_trials_are_stored(coarse, tmp_path):
     path, names = tmp_path / "journal", ("fixed_ratio", "oracle_1.2")
     found = run_study(coarse, names, GRID, path, TUNED)
@@ -206,6 +207,7 @@ def test_a_tuned_study_has_the_best_values_and_its_trials_are_stored(coarse, tmp
         run_study(coarse, names, replace(GRID, seed=1), path, TUNED)
 
 
+@pytest.mark.slow
 def test_the_command(coarse_file, tmp_path, monkeypatch, capsys):
     small = TuningSetting(budget=SMALL)
     monkeypatch.setattr("fingerdesign_cli.trials.TuningSetting", lambda *_: small)
@@ -225,6 +227,7 @@ def test_the_command(coarse_file, tmp_path, monkeypatch, capsys):
     assert not list(out.glob("*.sqlite"))
 
 
+@pytest.mark.slow
 def test_a_real_tuning_improves_goes_on_and_has_other_noise_than_the_grid(bench, design, tmp_path):
     """The design's own 0.17 crushes what is rough."""
     found = judged(bench, design, tmp_path / "j")
@@ -245,6 +248,7 @@ def test_a_real_tuning_improves_goes_on_and_has_other_noise_than_the_grid(bench,
     assert apart != bench.run_cell(noisy, Memory())
 
 
+@pytest.mark.slow
 def test_a_study_of_perturbed_fingers_tunes_on_others_with_its_faults(coarse, tmp_path, calls_of):
     drawn = calls_of(trials_bench, "perturb")
     grid = ControlGrid.of_perturbed(Perturbed(("gains", "tilt"), plants=1, lifts=2))

@@ -65,6 +65,7 @@ def forces(row, which, label=0):
     return np.array(getattr(row.comparisons[label], which).normal_force_N)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["found", "bare"])
 def test_plane_strain_is_stiffer_at_equal_motion(which, request):
     row = request.getfixturevalue(which).row("plane_strain")

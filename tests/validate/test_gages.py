@@ -254,6 +254,7 @@ max_approach_mm = 0.15
 """
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick_model")
 def test_the_command_writes_a_record(tmp_path, capsys):
     path = tmp_path / "small.toml"

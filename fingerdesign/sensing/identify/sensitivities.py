@@ -42,6 +42,7 @@ from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
+_ROUNDING = 1e-3  # Of forces, next to the largest: a third of the rates' work less.
 _SHARE = 0.01  # Of a latent's step: so near, curves between points keep their pieces.
 
 
@@ -84,7 +85,8 @@ def differences(
     changes = changes_of(design, condensed, parameters_of(design, scene, names))
     report("sensitivities: rates of the model")
     none = np.zeros((fields.contact, 0))
-    rates, between = rates_under(fields, changes, contact_forces(fields, every), (none, none))
+    force = contact_forces(fields, every)
+    rates, between = rates_under(fields, changes, force, (none, none), _ROUNDING)
     moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
     begin = 0
     for phase, problem, steps, own in zip(phases, problems, paths, increments, strict=True):

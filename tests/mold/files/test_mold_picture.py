@@ -55,6 +55,7 @@ STEPS = (
 )
 
 
+@pytest.mark.slow
 def test_drawn_in_a_process_with_its_badges_and_steps(meshes):
     with pictures_job(meshes, STEPS) as job:
         shown = pictures_of(job, meshes, STEPS)
