@@ -113,6 +113,7 @@ def test_a_command_of_the_page_on_analyses_runs(analysed, step, capsys):
         assert (analysed / out).is_dir()
 
 
+@pytest.mark.slow
 def test_python_of_the_readme_and_of_the_page_on_analyses_runs(analysed, capsys):
     for name in ("README.md", ANALYSE):
         assert float(run_python(name, capsys).split()[0]) > 0

@@ -173,6 +173,7 @@ def test_new_files_and_their_schemas_tell_of_plug_ins(command):
         jsonschema.validate(tomllib.loads(text), schema)
 
 
+@pytest.mark.slow
 def test_a_plug_in_that_cannot_be_loaded_is_one_sentence(tmp_path):
     (tmp_path / "taking.py").write_text(TAKING)
     (tmp_path / "leaving.py").write_text("raise SystemExit(0)\n")

@@ -75,6 +75,7 @@ def test_two_rows_are_read_and_one_is_sampled():
     assert any("plates 0 to 3" in reason for reason in analysis.result.model.reasons)
 
 
+@pytest.mark.slow
 def test_a_core_and_a_flat_top_are_analysed_in_plane_strain():
     """A bone under a rounded block: ends well, stiffer than without, says the edge in time."""
     body = {"shape": "block", "edge_radius_mm": 2.0}

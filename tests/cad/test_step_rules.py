@@ -71,6 +71,7 @@ def test_any_axis_may_be_up(up, tmp_path):
     np.testing.assert_allclose(facts.height(np.array([-3.0, 3.0]), 2.0), [9.5, 6.5], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_edges_and_ledges_belong_to_the_contact_surface_by_angle_and_height(tmp_path):
     path = str(write(block().translate((2.0, 5.0, 1.0)), tmp_path / "b.step"))
     areas = step_facts(StepFile(file=path)).area

@@ -263,6 +263,7 @@ def test_many_smooth_faces_are_searched_by_boxes_without_missing_any(steps):
     np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_points_near_a_centre_of_curvature_have_a_distance(tmp_path, monkeypatch):
     """Within an ellipsoid, where a nearest point hardly differs from its neighbours."""
     read_here(monkeypatch, tmp_path / "cache")

@@ -143,6 +143,7 @@ def test_plates_that_cannot_be_are_blamed_on_their_own_key(plates, expected):
     assert set(found) == {expected}
 
 
+@pytest.mark.slow
 @QUICK
 @given(
     st.sampled_from(["arc", "block", "rounded", "chamfered", "dome"]),

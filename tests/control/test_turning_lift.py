@@ -83,6 +83,7 @@ def test_just_over_the_least_force_it_is_held_and_just_below_it_slips():
         assert (found.lifted, found.complete_slip) == (held, not held)
 
 
+@pytest.mark.slow
 def test_an_object_that_no_contact_holds_is_refused_by_no_error():
     """Its ratio is that of the deepest contact in the zone; it slips, and is not lifted."""
     lift = plant(OFF, mass_g=20.0)

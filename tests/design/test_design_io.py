@@ -207,6 +207,7 @@ ANY = st.recursive(
 KEYS = [*known_keys(Design), "plates", "materials", "materials.x.source"]
 
 
+@pytest.mark.slow
 @settings(max_examples=150, derandomize=True, deadline=None)
 @given(st.dictionaries(st.sampled_from(KEYS), ANY, min_size=1, max_size=4))
 @example({"plates.alternate": None})

@@ -173,6 +173,7 @@ def test_nearly_a_flat_plane_is_one_and_let_go_nothing_is_left(rubber, plain):
     assert abs(flat.normal_force[-1]) < 1e-8
 
 
+@pytest.mark.slow
 def test_half_a_finger_in_space_is_the_whole(rubber):
     rows = scene_of([[0.1, 0.0], [0.1, 0.05]])
     half, whole = (

@@ -118,6 +118,7 @@ def test_slots_of_sheets_come_back_and_must_have_names(tmp_path):
         imported_mesh(own)
 
 
+@pytest.mark.slow
 def test_the_answer_is_that_of_the_same_mesh(tmp_path):
     design, scene = parse_design(SMALL), parse_scene("path.increments_mm = [[0.2, 0.05]]")
     mesh = in_tetrahedra(make_mesh(design, "3d", zone_of(Case(design, scene), scene), True))

@@ -214,6 +214,7 @@ def test_a_built_mold_passes_every_check(process, written):
     assert [mesh.name for mesh in meshes.plates] == ["plate_0", "plate_1", "plate_2"]
 
 
+@pytest.mark.slow
 def test_a_backing_gets_pilot_holes_and_a_bone_holes_for_its_pins():
     core = "[body.core]\nwidth_mm = 5.0\nheight_mm = 3.0\ndepth_mm = {depth}\nbottom_mm = {bottom}"
     design = design_of(core.format(depth=5.0, bottom=0.0))

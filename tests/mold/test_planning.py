@@ -82,6 +82,7 @@ TINY = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("values", "key"),
     [

@@ -123,6 +123,7 @@ def test_tractions_with_a_part_along_z_are_drawn_in_magnitude(solid, along_z):
     assert ("magnitude of shear traction" in drawn(figure)) == bool(along_z)
 
 
+@pytest.mark.slow
 def test_the_threshold_is_the_design_s_share_of_the_largest_response(plane_strain):
     keys = plane_strain.result.parameters | {"gages.area_share": 0.63}
     changed = replace(plane_strain, result=replace(plane_strain.result, parameters=keys))

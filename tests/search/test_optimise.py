@@ -324,6 +324,7 @@ def outcomes_of(count, cost=None):
     return found
 
 
+@pytest.mark.slow
 def test_what_decides_comes_first_and_which_way():
     cost, noise, same = sensitivities(DECIDED, outcomes_of(100))
     first, second, third = cost.effects

@@ -307,6 +307,7 @@ def test_a_search_that_stops_in_the_last_step_has_its_finger(tmp_path, plane_str
     assert not found.conflict
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("in_arcs", [False, True])
 def test_an_interrupted_search_reports_what_it_has(tmp_path, in_arcs):
     """Ctrl-C in the second batch of pins, or before the first trial of the arc that replaces it."""

@@ -225,6 +225,7 @@ def test_a_coarse_mesh_with_the_designs_fine_contact_reads_what_a_fine_one_does(
     assert own.normal_force == pytest.approx(true.normal_force, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_slopes_by_moduli_and_gains_are_those_of_other_fingers(design):
     """The rubber's takes no model of its own: forces scale with all moduli."""
     bench = simulated_bench(design, [], 1)

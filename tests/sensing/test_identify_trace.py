@@ -44,6 +44,7 @@ def data(found):
     return identification(found, "trace.csv")
 
 
+@pytest.mark.slow
 def test_what_was_drawn_is_found_within_its_intervals(data, made):
     values = {each.name: each for each in data.values}
     assert values.keys() - {"relaxed_modulus"} == made.truth.keys()
@@ -88,6 +89,7 @@ def cut(trace, rows):
     )
 
 
+@pytest.mark.slow
 def test_the_design_carries_what_was_found_and_its_source(design, found, data):
     own = identified_design(found, data)
     modulus = data.values[0]
@@ -98,6 +100,7 @@ def test_the_design_carries_what_was_found_and_its_source(design, found, data):
     assert own.plates == design.plates
 
 
+@pytest.mark.slow
 def test_the_record_has_its_schema_and_the_page_its_terms(found, data):
     from fingerdesign.sensing.identify.trace_page import identify_html
 

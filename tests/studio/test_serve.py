@@ -26,6 +26,7 @@ aiohttp, msgpack, yarl = (
 TOKEN = "aB3-xY7_kQ9-mN2"
 
 
+@pytest.mark.slow
 def test_the_library_is_not_loaded_before_it_is_needed():
     code = (
         "import sys, fingerdesign_cli.main, fingerdesign.studio.serve; "

@@ -391,6 +391,7 @@ def every_set(tmp_path):
     return folder
 
 
+@pytest.mark.slow
 def test_one_command_judges_every_set(every_set, tmp_path, capsys):
     assert main(["study", "--recorded", str(every_set), "--out", str(tmp_path)]) == 0
     shown = capsys.readouterr().out

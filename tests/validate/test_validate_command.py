@@ -24,6 +24,7 @@ def design(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_whole_folder_is_written(design, tmp_path, terminal):
     out = tmp_path / "out"
     shown = terminal("validate", design, "--out", out, "--only", "youngs_modulus", "--json").out
