@@ -232,6 +232,7 @@ def test_a_backing_gets_pilot_holes_and_a_bone_holes_for_its_pins():
             assert not holds(solid(built, name), in_space(pin.side, pin.place, pin.y, out))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", ["x", "z"])
 @pytest.mark.parametrize("shape", ["dome", "revolved"])
 def test_beyond_a_plug_the_walls_reach_the_block_s_top(shape, axis):

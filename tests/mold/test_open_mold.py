@@ -109,6 +109,7 @@ def test_a_wall_is_left_below_the_inserts_pins_where_frames_end_short_of_the_bas
         assert left >= limits_of(design.mold).wall_mm - 1e-9
 
 
+@pytest.mark.slow
 def test_lugs_of_both_frames_leave_the_mount_its_clearance_and_no_more(made):
     design, plan, meshes, _ = made
     gap = limits_of(design.mold).clearance_mm

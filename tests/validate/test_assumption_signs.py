@@ -13,6 +13,7 @@ from fingerdesign.records.base import DATA
 from fingerdesign.validate.assumptions import nu_values
 from fingerdesign.validate.run import validate
 
+pytestmark = pytest.mark.slow  # Two validations serve all.
 ONE_PLATE = """
 [design]
 name = "one"
@@ -65,7 +66,6 @@ def forces(row, which, label=0):
     return np.array(getattr(row.comparisons[label], which).normal_force_N)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("which", ["found", "bare"])
 def test_plane_strain_is_stiffer_at_equal_motion(which, request):
     row = request.getfixturevalue(which).row("plane_strain")
