@@ -8,10 +8,13 @@ from typing import TypeVar
 
 Item = TypeVar("Item")
 Found = TypeVar("Found")
+# Each call in work holds its arrays, and Python's lock at times: more threads would gain little.
+_MOST = 4
 
 
 def in_threads(function: Callable[[Item], Found], items: Iterable[Item]) -> Iterator[Found]:
-    """``function(item)`` of each item, in their order, in as many threads as BLAS may use here.
+    """``function(item)`` of each item, in their order, in as many threads as BLAS may use here, but
+    no more than four.
 
     Each has one thread of BLAS: answers have the same bits for any number of threads. One item more
     than there are threads is taken ahead of the answers. An error of a call is raised in its turn.
@@ -20,7 +23,7 @@ def in_threads(function: Callable[[Item], Found], items: Iterable[Item]) -> Iter
     from threadpoolctl import ThreadpoolController
 
     libraries = ThreadpoolController().select(user_api="blas")
-    threads = max((each["num_threads"] for each in libraries.info()), default=1)
+    threads = min(max((each["num_threads"] for each in libraries.info()), default=1), _MOST)
     with libraries.limit(limits=1):
         if threads == 1:
             yield from map(function, items)

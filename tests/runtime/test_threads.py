@@ -1,6 +1,7 @@
 """Calls in threads: order, errors, what is taken ahead, and BLAS as it was."""
 
 import threading
+import time
 from contextvars import ContextVar
 
 import numpy as np
@@ -30,6 +31,19 @@ def test_answers_come_in_order_and_each_call_has_one_thread_of_blas(threads):
         assert [*in_threads(call, range(6))] == [(number, 1) for number in range(6)]
         assert blas() == threads
     assert len(names) == threads
+
+
+def test_many_cores_are_no_reason_for_many_threads():
+    names = set()
+
+    def call(number):
+        time.sleep(0.01)  # So that each thread gets some.
+        names.add(threading.current_thread().name)
+
+    with threadpool_limits(16, user_api="blas"):
+        assert blas() > 4
+        assert len([*in_threads(call, range(40))]) == 40
+    assert len(names) == 4
 
 
 @pytest.mark.parametrize("threads", [1, 2])
