@@ -74,8 +74,8 @@ _LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to t
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
 _REACH = 4.0  # The largest change in standard deviations.
 # Steps at most after each set of derivatives. All end where squares would fall by less than this
-# fraction: in 3-D a step takes 6 to 9 s.
-_STEPS, _ENOUGH, _HALVINGS = (1, 1, 8), 0.15, 4
+# fraction: in 3-D a step takes 6 to 9 s. By 0.15 a finger's heights were off by a fourth more.
+_STEPS, _ENOUGH, _HALVINGS = (1, 1, 8), 0.1, 4
 # Of a slide, points with these shares of its last F_t are compared, and the last: those between
 # repeat them, with the same errors of the mesh.
 _SHARES = (0.4, 0.8)
