@@ -7,6 +7,7 @@ from fingerdesign_bench.any_finger import passing
 from fingerdesign_bench.known.table import FILE
 
 
+@pytest.mark.slow
 def test_a_search_that_does_not_end_is_interrupted_and_says_so(tmp_path):
     finger, body, outcome, _, seconds, *_ = passing.searched("3", tmp_path, limit_s=0.5)
     assert (finger, body, outcome) == ("3", "block", "not ended")

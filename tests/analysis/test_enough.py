@@ -48,6 +48,7 @@ def test_a_small_contact_is_meshed_finer_and_its_force_is_that_of_a_fine_mesh(te
     assert found.parameters["mesh.section.contact_size_mm"] == 0.3  # as it was given
 
 
+@pytest.mark.slow
 def test_swept_too():
     _, most = solved(TINY + "path.increments_mm = [[0.01, 0.0]]", "3d")
     assert most >= LEAST_NODES

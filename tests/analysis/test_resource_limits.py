@@ -131,7 +131,10 @@ MADE = {0: 4534, 3: 24645, 5: 9312, 6: 7036, 12: 10441, 13: 6299, 18: 3458, 23: 
         (shipped("narrow", {"mesh.element": "P1"}), "plane-strain"),
         (shipped("narrow", {"plates.model": "sheet"}), "plane-strain"),
         (shipped("homogeneous", COARSE), "3d"),
-        (shipped("narrow", COARSE | {"mesh.element": "P2", "plates.span_mm": 6.0}), "3d"),
+        pytest.param(
+            *(shipped("narrow", COARSE | {"mesh.element": "P2", "plates.span_mm": 6.0}), "3d"),
+            marks=pytest.mark.slow,
+        ),
         pytest.param(
             *(shipped("homogeneous", {"mesh.contact_size_mm": 0.6}), "3d"),  # tetrahedra
             marks=pytest.mark.slow,

@@ -337,6 +337,7 @@ def test_other_remedies_end_their_fault(key, words, tables):
     assert fault.key not in left
 
 
+@pytest.mark.slow
 @QUICK
 @given(st.floats(-60, 60), st.floats(0.3, 2.5), st.floats(0.2, 4.0))
 def test_a_mirrored_finger_is_as_sound(angle, pitch, cover):

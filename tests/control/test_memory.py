@@ -39,6 +39,7 @@ def sticky(half_plane):
     return half_plane.with_friction(50.0)
 
 
+@pytest.mark.slow
 def test_a_press_held_decays_by_the_series(half_plane):
     """Pressed within a move that is a hundredth of the shortest time; exactly after a ramp."""
     quick = Rubber(SHARES, TIMES, 5e-4)

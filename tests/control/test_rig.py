@@ -413,6 +413,7 @@ def test_its_design_is_sound_and_says_every_key_of_the_hardware():
     assert set(type(design.grip.hardware).model_fields) - given == {"specimen"}
 
 
+@pytest.mark.slow
 def test_a_lift_is_recorded_and_a_hand_of_ones_own_grips(tmp_path, in_tmp_path, capsys):
     run_python(PAGE)
     lifted, carried, rise = capsys.readouterr().out.split()

@@ -99,6 +99,7 @@ def holds(solid, point):
     return solid.isInside(tuple(float(value) for value in point), 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "body", ["edge_radius_mm = 1.0", 'shape = "block"\nedge = "chamfer"\nedge_radius_mm = 1.0']
 )

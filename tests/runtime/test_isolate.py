@@ -177,6 +177,7 @@ def test_another_thread_ends_it(tmp_path):
         worker.call(calls.who, time_s=20.0)
 
 
+@pytest.mark.slow
 def test_one_that_is_idle_or_that_nobody_holds_ends():
     with Worker(idle_s=0.2) as worker:
         number = pid_of(worker)

@@ -36,6 +36,7 @@ def test_hand_is_found_and_its_search_ends_early():
     assert len(judged[0].grip.friction_coefficients) == 5  # Three of the design's, two between.
 
 
+@pytest.mark.slow
 def test_hand_that_passes_with_its_own_steps_alone_is_not_taken_where_another_is_steady():
     """Hands with a small dead band fail with longer steps."""
     design, counts = load_design("maeno2000"), []
@@ -62,6 +63,7 @@ def test_hand_that_passes_with_its_own_steps_alone_is_not_taken_where_another_is
     assert counts[-1] <= MOST_HANDS + BATCH
 
 
+@pytest.mark.slow
 def test_a_hand_that_the_widest_steps_rule_out_is_tried_with_no_others():
     """All hands are short by 1 with the widest steps: only the first is tried with the others."""
     design, factors = load_design("maeno2000"), []

@@ -95,6 +95,7 @@ def test_local_workers_listen_on_this_machine_alone():
         assert {each.ip for each in listening() - before} <= {"127.0.0.1", "::1"}
 
 
+@pytest.mark.slow
 def test_an_outcome_of_another_version_is_refused(base, tmp_path):
     with (
         Cluster(1, evaluator="evaluators:elsewhere") as cluster,

@@ -157,6 +157,7 @@ def test_a_phase_played_on_another_plant_makes_the_same_moves_from_touch_on():
     assert np.isinf(played.samples).all()
 
 
+@pytest.mark.slow
 def test_sensitivities_are_differences_of_the_models_own_curves(design):
     """A wrong one hardly spoils a fit, which corrects it, but its stated deviations."""
     plan = protocol(design, (2.0,))

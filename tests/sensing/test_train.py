@@ -92,6 +92,7 @@ def test_samples_are_the_same_in_any_number_of_processes(problem, grips):
     assert not np.array_equal(some[:half], some[half:], equal_nan=True)
 
 
+@pytest.mark.slow
 def test_samples_of_smooth_objects_weigh_more(problem, grips):
     curves = finger_curves(problem, "upper", BOUNDS)
     inputs, _, weights = sample_grips(grips[:2], curves, SETTINGS, (0.5, 1.0))

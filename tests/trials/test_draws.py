@@ -52,6 +52,7 @@ def drawn_values(design, places, grid, plant):
     return values
 
 
+@pytest.mark.slow
 def test_no_two_draws_of_a_plant_are_correlated(design):
     """|r| sqrt(n) is normal for independent draws: over all pairs the bound is passed once in a
     thousand such tests. Before, friction of the first lift and modulus had r = 1."""
@@ -76,6 +77,7 @@ def test_no_two_draws_of_a_plant_are_correlated(design):
     assert wrong == []
 
 
+@pytest.mark.slow
 def test_no_judged_finger_is_a_trained_one(design):
     """For seeds 0 to 20, of both: every seed that is drawn from, and the values of the first."""
     trained = {seed for own in range(21) for n in range(200) for seed in finger_seeds(own, n, 60)}

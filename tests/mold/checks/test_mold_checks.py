@@ -59,6 +59,7 @@ def test_parts_that_overlap_are_named(made):
     assert "overlaps end_wall" in sentence or "overlaps rubber" in sentence
 
 
+@pytest.mark.slow
 def test_a_cavity_of_another_finger_or_block(made):
     found = failed(replace(made, meshes=replace(made.meshes, high=(18.0, 18.5, 13.0))))
     assert "cavity is the finger" in found
