@@ -15,10 +15,9 @@ moves. s: the sensors' noise and, in squares, the difference of two meshes of on
 Steps are Gauss-Newton's. The Jacobian is derived at the design, and after the first and the second
 step (sensitivities.py): readings curve with the plates' places, more than with all else. In 3-D it
 is that of a rough mesh: off by 8 %, for a third of the time; only the last one's slope by the lean
-is of the fit's own mesh. Gains and touch need no other finger:
-after each step they are fitted alone. Plates move within the design's mesh: meshed again, a
-finger's readings change with the last digits of its plates' places by as much as its angles are
-worth.
+is of the fit's own mesh. Gains and touch need no other finger: after each step they are fitted
+alone. Plates move within the design's mesh: meshed again, a finger's readings change with the last
+digits of its plates' places by as much as its angles are worth.
 
 Columns of gains, touch and the rubber's modulus (all moduli multiply the forces) need curves alone.
 That of the lean is a difference: it moves the contact from node to node, and its derivative, with
