@@ -49,13 +49,7 @@ ALONE, COMMANDS = re.findall(r"```sh\n(.*?)```", PAGE, flags=re.DOTALL)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "line",
-    [
-        pytest.param(line, marks=[pytest.mark.slow] * ("analyse" in line or "mesh" in line))
-        for line in COMMANDS.splitlines()
-    ],
-)
+@pytest.mark.parametrize("line", COMMANDS.splitlines())
 def test_a_command_of_the_page_runs(package, line):
     folder, worker = package
     program, *words = line.split()

@@ -94,15 +94,7 @@ def test_the_readme_leads_to_a_mold_and_shows_what_is_printed(in_tmp_path, capsy
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "step",
-    [
-        pytest.param(
-            step, id=step[0], marks=[pytest.mark.slow] * ("auto" in step[0] or " mesh " in step[0])
-        )
-        for step in commands(ANALYSE)
-    ],
-)
+@pytest.mark.parametrize("step", commands(ANALYSE), ids=lambda step: step[0])
 def test_a_command_of_the_page_on_analyses_runs(analysed, step, capsys):
     """The ladder climbs to an accuracy of 0.2: its next two models cost 15 s."""
     for command in step:

@@ -138,7 +138,6 @@ def test_a_body_by_a_function_comes_from_python_alone(here):
     assert not Path("ran").exists()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("command", ["check", pytest.param("view", marks=pytest.mark.slow)])
 def test_files_that_lie_next_to_a_design_do_not_run(command, here):
     """Modules with the names of libraries, a start-up file of Python's, one of matplotlib's."""

@@ -11,7 +11,6 @@ from tests.fuzz.fuzz import fuzzing, judge
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes and timers of POSIX")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "numbers", [range(50), pytest.param(range(50, 200), marks=pytest.mark.slow)], ids=str
 )

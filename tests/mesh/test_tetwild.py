@@ -103,7 +103,6 @@ def known_tetrahedra(steps, unplated):
     return design, good
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "case", [pytest.param(case, marks=[pytest.mark.slow] * (case not in FAST)) for case in CASES]
 )

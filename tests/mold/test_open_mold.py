@@ -87,7 +87,7 @@ def test_a_finger_that_needs_a_closed_mold_gets_one_and_the_reason(name, word):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [16, pytest.param(31, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [16, 31])
 def test_frames_of_a_dome_with_chamfers_are_whole_next_to_their_combs_windows(seed):
     # The kernel's difference of frame and comb was nothing, and a window reached into the flanks.
     design = Design.model_validate(resolved(random_design(seed))[0])

@@ -189,7 +189,7 @@ def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
     ("fate", "reported", "time_s"),
     [
         ("crashes", "SIGABRT", 60),
-        pytest.param("hangs", "not done after 8 s", 8, marks=pytest.mark.slow),
+        ("hangs", "not done after 8 s", 8),
         ("fails", "nothing", 60),
     ],
 )

@@ -165,10 +165,7 @@ def slid_at_two_depths(design, law):
     [
         (FrictionLaw(0.5), 0.0, None),
         (FrictionLaw(0.5, exponent=0.31, reference=0.3), 0.31, "friction falls with the pressure"),
-        pytest.param(
-            *(FrictionLaw(0.0, strength=0.1), None, "a constant strength of 0.0"),
-            marks=pytest.mark.slow,
-        ),
+        (FrictionLaw(0.0, strength=0.1), None, "a constant strength of 0.0"),
     ],
 )
 def test_two_slides_tell_the_law_of_friction(design, law, exponent, words):
