@@ -33,6 +33,7 @@ import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
+from fingerdesign.fem.sparse import merged
 
 # mm/N. It has the size of a soft finger's compliance, so that it costs the diagonal one rounding.
 _SHIFT = 1.0
@@ -321,10 +322,12 @@ def _start(values: Any, kind: Any) -> Any:
 
 def _border(stiffness: sp.csr_matrix, rows: sp.csr_matrix) -> sp.csr_matrix:
     """Upper triangle of [[K, R^T], [R, -D]] in CSR, sorted."""
-    shift = sp.diags_array(np.full(rows.shape[0], -_SHIFT), format="csr")
-    bordered = sp.csr_matrix(sp.bmat([[stiffness, rows.T.tocsr()], [None, shift]], format="csr"))
-    bordered.sort_indices()
-    return bordered
+    size, border = stiffness.shape[0], rows.shape[0]
+    turned, own = rows.T.tocoo(), size + np.arange(border)
+    values = np.append(turned.data, np.full(border, -_SHIFT))
+    where = np.append(turned.row, own), np.append(size + turned.col, own)
+    added = sp.coo_matrix((values, where), shape=(size + border, size + border))
+    return merged(stiffness, added.tocsr())
 
 
 def _point_to_mkl() -> None:

@@ -13,7 +13,7 @@ upper triangle alone.
 import numpy as np
 import scipy.sparse as sp
 
-from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.fem.elements import (
     inverse_jacobians,
     physical_gradients,
@@ -105,12 +105,10 @@ def sum_blocks(rows: IntArray, columns: IntArray, blocks: Array, nodes: int) -> 
         (summed.reshape(-1, dimension, dimension), column, pointer),
         shape=(nodes * dimension, nodes * dimension),
     ).tocsr()
-    row_of = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
-    return take(matrix, matrix.indices >= row_of, row_of)
-
-
-def take(matrix: sp.csr_matrix, mask: BoolArray, row_of: IntArray) -> sp.csr_matrix:
-    """The entries of a sorted CSR matrix that ``mask`` keeps; ``row_of``: their rows."""
-    columns = matrix.indices[mask]
-    pointer = np.concatenate([[0], np.cumsum(np.bincount(row_of[mask], minlength=matrix.shape[0]))])
-    return sp.csr_matrix((matrix.data[mask], columns, pointer), shape=matrix.shape)
+    # A node's own block comes first in its rows: what of it lies below the diagonal goes.
+    above = np.tile(np.arange(dimension), nodes) * (np.diff(matrix.indptr) > 0)
+    kept = np.ones(matrix.nnz, dtype=bool)
+    for below in range(1, dimension):
+        kept[matrix.indptr[:-1][above == below][:, None] + np.arange(below)] = False
+    pointer = matrix.indptr - np.append(0, np.cumsum(above))
+    return sp.csr_matrix((matrix.data[kept], matrix.indices[kept], pointer), shape=matrix.shape)

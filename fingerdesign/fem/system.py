@@ -22,6 +22,7 @@ from fingerdesign.fem.elements import (
     strain_order,
     tabulate,
 )
+from fingerdesign.fem.sparse import merged
 from fingerdesign.fem.stiffness import STRAIGHT, lame_parameters, stiffness_blocks, sum_blocks
 from fingerdesign.mesh.cells import kind_of
 from fingerdesign.mesh.measures import curved_cells
@@ -241,7 +242,10 @@ def held_system(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> Syste
     marks = np.zeros((len(fixed), dimension))
     index = np.flatnonzero(fixed)
     marks[index, index % dimension] = 1.0
-    total = whole @ marks + whole.T @ marks - whole.diagonal()[:, None] * marks
+    # Entries of held dofs alone: few of millions.
+    across, down, own = whole[:, index], whole[index], marks[index]
+    total = across @ own + down.T @ own - whole.diagonal()[:, None] * marks
+    met = _places(across) @ own + _places(down).T @ own
     ones = np.ones(len(free))
     lift = sp.csr_matrix((ones, (free, np.arange(len(free)))), shape=(len(fixed), len(free)))
     stiffness = whole[free][:, free].tocsr()
@@ -249,7 +253,6 @@ def held_system(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> Syste
     loose = int((stiffness.diagonal() == 0.0).sum())
     if loose:
         raise SolverError(f"{loose} displacements belong to no cell: drop the mesh's unused nodes")
-    met = _places(whole) @ marks + _places(whole).T @ marks
     return System(stiffness, lift, _stored(total[free], met[free]), sp.csr_matrix(marks))
 
 
@@ -303,19 +306,9 @@ def _upper(
 ) -> sp.csr_matrix:
     """Upper triangle of [[K, B], [B^T, M]], its dofs moved to ``place``: those of K keep their
     order. stiffness, own: upper triangles of K and M."""
-    before = stiffness.shape[0]
-    first, last = place[:before], place[before:]
+    first, last = np.split(place, [stiffness.shape[0]])
     b, m = coupled.tocoo(), own.tocoo()
-    above = first[b.row] < last[b.col]
-    right = sp.csr_matrix((b.data[above], (b.row[above], b.col[above])), b.shape)
-    left = sp.csr_matrix((b.data[~above], (b.col[~above], b.row[~above])), b.shape[::-1])
-    turned = last[m.row] > last[m.col]
-    ends = np.where(turned, m.col, m.row), np.where(turned, m.row, m.col)
-    rows = [
-        sp.hstack([stiffness, right], format="csr"),
-        sp.hstack([left, sp.csr_matrix((m.data, ends), m.shape)], format="csr"),
-    ]
-    matrix = sp.csr_matrix(sp.vstack(rows, format="csr")[np.argsort(place)])
-    moved = sp.csr_matrix((matrix.data, place[matrix.indices], matrix.indptr), matrix.shape)
-    moved.sort_indices()
-    return moved
+    ends = np.append(first[b.row], last[m.row]), np.append(last[b.col], last[m.col])
+    entries = np.append(b.data, m.data), (np.minimum(*ends), np.maximum(*ends))
+    added = sp.coo_matrix(entries, shape=(len(place), len(place))).tocsr()
+    return merged(stiffness, added, first)
