@@ -17,6 +17,7 @@ from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Store, StoreError, run_jobs
 from fingerdesign.search.study.file import Cost, Limits
 from tests.support.evaluators import outcome_of
+from tests.support.warm import running
 
 LIMITS = Limits(time_s=20.0, memory_MB=1000.0)
 
@@ -43,7 +44,7 @@ def job(base, number, **values):
 def test_a_second_run_computes_nothing_and_twins_are_computed_once(base, tmp_path, evaluators):
     jobs = [job(base, n) for n in range(5)]
     jobs.append(replace(jobs[4], name="twin", values={"number": 1.0}, cost=Cost(plate=7.0)))
-    store, before = Store(tmp_path / "store"), set(psutil.Process().children())
+    store, before = Store(tmp_path / "store"), running()
     with Cluster(2, evaluator="evaluators:quick") as cluster:
         batch = run_jobs(jobs[:2], store, cluster, LIMITS)
         first = run_jobs(jobs, store, cluster, LIMITS)  # it serves one batch after another
@@ -59,7 +60,7 @@ def test_a_second_run_computes_nothing_and_twins_are_computed_once(base, tmp_pat
         assert cluster.threads == 0  # not even started
     assert len(evaluators.read_text().split()) == 5
     assert (seen[-1].number, seen[-1].of, seen[-1].stored) == (6, 6, 6)
-    assert set(psutil.Process().children()) <= before
+    assert running() <= before
 
 
 @pytest.mark.slow

@@ -9,9 +9,11 @@ import contextlib
 import gc
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 from itertools import pairwise
+from types import SimpleNamespace
 
 import pytest
 
@@ -53,18 +55,13 @@ def pytest_unconfigure(config):
 
 @pytest.fixture(autouse=True, scope="session")
 def warm_processes():
-    """What builds, meshes, reads and draws bodies runs in processes that have loaded it (2 s)."""
-    from tests.support.warm import Warm
+    """Processes with limits start with all that they need loaded."""
+    from fingerdesign.runtime import isolate
+    from tests.support.warm import popen
 
-    warm = Warm()
-    modules = {
-        "call": ("cad.solid_process", "design.step", "mold.make", "mesh.pictures"),
-        "concurrently": ("cad.solid_process", "mold.make", "mold.picture"),
-    }
     with pytest.MonkeyPatch.context() as patch:
-        for name, users in modules.items():
-            for module in users:
-                patch.setattr(f"fingerdesign.{module}.{name}", getattr(warm, name))
+        library = SimpleNamespace(**vars(subprocess) | {"Popen": popen})
+        patch.setattr(isolate, "subprocess", library)
         yield
 
 

@@ -1,78 +1,92 @@
-"""Processes that have loaded what they need: the CAD kernel takes 2 s to load, a half-second's work
-is done with it. That a call gets a fresh process is tested with ``runtime.isolate``.
+"""Processes of ``runtime.isolate`` that have loaded what they need: they are forked from one that
+has. The CAD kernel takes 2 s to load, a half-second's work is done with it, and so with others.
+
+That a process is a fresh one is tested in tests/runtime.
 """
 
+import atexit
 import contextlib
 import os
 import pickle
-import threading
-from collections import defaultdict
+import select
+import signal
+import subprocess
+import sys
+from io import FileIO
+from multiprocessing import forkserver
 
-from fingerdesign.runtime.child import name_of, resolved
-from fingerdesign.runtime.isolate import Worker, call
+import psutil
 
-_CACHE, _CURRENT = "FINGERDESIGN_CACHE", "PYTEST_CURRENT_TEST"  # others for each test
-_ENDED_S = 1.0  # a call with less time is made to be ended: it gets a fresh process
+from fingerdesign.runtime.child import PARENT, serve
 
-
-class _Own(threading.local):
-    """The workers of a thread that wait, by their environment and what they have loaded."""
-
-    def __init__(self):
-        self.free = defaultdict(list)
+_SERVER = forkserver.ForkServer()
+_SERVER.set_forkserver_preload(["tests.support.loaded"])
 
 
-class Warm:
-    """``call`` and ``concurrently`` of :mod:`fingerdesign.runtime.isolate` by processes that stay:
-    for each environment some for the kernel, and some for each other module whose functions they
-    run. The cache's folder is sent with each call."""
+def popen(command, **named):
+    """As ``subprocess.Popen`` of a process that serves: a fork, but for tests of processes."""
+    if os.environ.get("PYTEST_CURRENT_TEST", "").startswith("tests/runtime"):
+        return subprocess.Popen(command, **named)
+    return _Forked(command[4:], named["cwd"], named["env"], named["stderr"])
 
-    def __init__(self):
-        self._own = _Own()
 
-    def call(self, function, *given, time_s, memory_MB=None, **named):
-        """As ``isolate.call``, but for its folder."""
-        if time_s < _ENDED_S:
-            return call(function, *given, time_s=time_s, memory_MB=memory_MB, **named)
-        with self._worker(function) as worker:
-            request = os.environ.get(_CACHE), name_of(function), given, named
-            return worker.call(run, *request, time_s=time_s, memory_MB=memory_MB)
+def running():
+    """The forks that run now."""
+    pid = _SERVER._forkserver_pid
+    return set() if pid is None else set(psutil.Process(pid).children())
 
-    @contextlib.contextmanager
-    def concurrently(self, function, *given, time_s):
-        """As ``isolate.concurrently``."""
-        request = os.environ.get(_CACHE), name_of(function), given, {}
-        with self._worker(function) as worker:
-            worker.begin(pickle.dumps((name_of(run), pickle.dumps((request, {}), 5)), 5), time_s)
-            answered = False
 
-            def answer():
-                nonlocal answered
-                answered = True
-                return worker.answer(None)
+class _Forked:
+    """What ``runtime.isolate`` needs of a Popen."""
 
-            try:
-                yield answer
-            finally:
-                if not answered:
-                    worker.end()
+    def __init__(self, words, folder, environment, errors):
+        calls, write = os.pipe()
+        read, answers = os.pipe()
+        given = [calls, answers, errors.fileno()]
+        self._status, start = _SERVER.connect_to_new_process(given)
+        with open(start, "wb") as stream:
+            pickle.dump({}, stream)
+            pickle.dump(_Serving(words, str(folder), dict(environment)), stream)
+        os.close(calls), os.close(answers)
+        self.stdin, self.stdout = FileIO(write, "w"), FileIO(read)
+        self.pid = forkserver.read_signed(self._status)
+        self.returncode = None
 
-    @contextlib.contextmanager
-    def _worker(self, function):
-        around = ((key, each) for key, each in os.environ.items() if key not in (_CACHE, _CURRENT))
-        module = name_of(function).partition(":")[0]
-        place = frozenset(around), "cad" if "cad" in module.split(".") else module
-        free = self._own.free[place]
-        worker = free.pop() if free else Worker(recycled_after=60, idle_s=120.0)
+    def poll(self):
+        """Exit code, or the signal's number below zero; None while it runs."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.wait(0.0)
+        return self.returncode
+
+    def wait(self, timeout=None):
+        """The exit code, once it has ended. TimeoutExpired if it does not."""
+        if self.returncode is None:
+            if not select.select([self._status], [], [], timeout)[0]:
+                raise subprocess.TimeoutExpired("serve", timeout)
+            self.returncode = forkserver.read_signed(self._status)
+            os.close(self._status)
+        return self.returncode
+
+
+class _Serving:
+    """What runs in the fork."""
+
+    def __init__(self, words, folder, environment):
+        self.words, self.folder, self.environment = words, folder, environment
+
+    def _bootstrap(self, parent_sentinel):
+        os.setsid()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number, own in enumerate(forkserver.get_inherited_fds()):
+            os.dup2(own, number)
+        os.chdir(self.folder)
+        os.environ.clear()
+        os.environ.update(self.environment)
+        os.environ[PARENT] = str(os.getppid())
+        sys.path[:0] = self.environment["PYTHONPATH"].split(os.pathsep)
+        sys.argv = ["-c", *self.words]
         try:
-            yield worker
+            serve()
         finally:
-            free.append(worker)
-
-
-def run(cache, name, given, named):
-    """Run a function, there, with the caller's cache."""
-    os.environ.pop(_CACHE, None)
-    if cache is not None:
-        os.environ[_CACHE] = cache
-    return resolved(name)(*given, **named)
+            atexit._run_exitfuncs()
+        return 0
