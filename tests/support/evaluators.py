@@ -112,7 +112,7 @@ def large(data):
 def deadly(data):
     """The fifth ends the worker that asks."""
     if data["name"].endswith("0005"):
-        os.kill(os.getppid(), 9)
+        os.kill(int(os.environ["ASKED_BY"]), 9)
         time.sleep(10.0)
     return slow(data)
 

@@ -12,6 +12,8 @@ import runpy
 import signal
 import sys
 
+from tests.support import warm
+
 _LIBRARIES = (
     "fingerdesign_cli.studies.search",
     "distributed.cli.dask_scheduler",
@@ -72,14 +74,16 @@ def _run(command, folder, environment, written, most_bytes):
     os.environ.update(environment)
     sys.path[:0] = environment["PYTHONPATH"].split(os.pathsep)
     dask.config.refresh()  # it was loaded with another environment
+    warm.forked_from_here()
     if most_bytes is not None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
     try:
-        if command[0] == "-m":
-            sys.argv = command[1:]
-            runpy.run_module(command[1], run_name="__main__", alter_sys=True)
-        else:
-            sys.argv = command
-            runpy.run_path(command[0], run_name="__main__")
+        with warm.forks():
+            if command[0] == "-m":
+                sys.argv = command[1:]
+                runpy.run_module(command[1], run_name="__main__", alter_sys=True)
+            else:
+                sys.argv = command
+                runpy.run_path(command[0], run_name="__main__")
     finally:
         atexit._run_exitfuncs()  # multiprocessing's processes end without

@@ -9,11 +9,9 @@ import contextlib
 import gc
 import os
 import signal
-import subprocess
 import sys
 import tempfile
 from itertools import pairwise
-from types import SimpleNamespace
 
 import pytest
 
@@ -56,12 +54,9 @@ def pytest_unconfigure(config):
 @pytest.fixture(autouse=True, scope="session")
 def warm_processes():
     """Processes with limits start with all that they need loaded."""
-    from fingerdesign.runtime import isolate
-    from tests.support.warm import popen
+    from tests.support.warm import forks
 
-    with pytest.MonkeyPatch.context() as patch:
-        library = SimpleNamespace(**vars(subprocess) | {"Popen": popen})
-        patch.setattr(isolate, "subprocess", library)
+    with forks():
         yield
 
 

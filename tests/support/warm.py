@@ -10,24 +10,57 @@ import os
 import pickle
 import select
 import signal
+import socket
 import subprocess
 import sys
+import threading
+import weakref
 from io import FileIO
-from multiprocessing import forkserver
+from multiprocessing import connection, forkserver
+from types import SimpleNamespace
 
 import psutil
 
+from fingerdesign.runtime import isolate
 from fingerdesign.runtime.child import PARENT, serve
 
 _SERVER = forkserver.ForkServer()
 _SERVER.set_forkserver_preload(["tests.support.loaded"])
 
 
-def popen(command, **named):
-    """As ``subprocess.Popen`` of a process that serves: a fork, but for tests of processes."""
+@contextlib.contextmanager
+def forks():
+    """Within the block, processes with limits are forks, but in tests of processes."""
+    usual = isolate.subprocess
+    isolate.subprocess = SimpleNamespace(**vars(subprocess) | {"Popen": _popen})
+    try:
+        yield
+    finally:
+        isolate.subprocess = usual
+
+
+def _popen(command, **named):
     if os.environ.get("PYTEST_CURRENT_TEST", "").startswith("tests/runtime"):
         return subprocess.Popen(command, **named)
     return _Forked(command[4:], named["cwd"], named["env"], named["stderr"])
+
+
+def forked_from_here():
+    """Let processes with limits be forks of what this one has loaded. It has one thread as yet."""
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(connection.arbitrary_address("AF_UNIX"))
+        listener.listen()
+        ends, alive = os.pipe()
+        pid = os.fork()
+        if not pid:
+            os.close(alive)
+            try:
+                forkserver.main(listener.fileno(), ends, [])
+            finally:
+                os._exit(0)
+        os.close(ends)
+        _SERVER._forkserver_address = listener.getsockname()
+    _SERVER._forkserver_alive_fd, _SERVER._forkserver_pid = alive, pid
 
 
 def running():
@@ -42,12 +75,18 @@ class _Forked:
     def __init__(self, words, folder, environment, errors):
         calls, write = os.pipe()
         read, answers = os.pipe()
-        given = [calls, answers, errors.fileno()]
+        leads, ready = os.pipe()
+        given = [calls, answers, errors.fileno(), ready]
         self._status, start = _SERVER.connect_to_new_process(given)
+        weakref.finalize(self, os.close, self._status)
+        self._lock = threading.Lock()
         with open(start, "wb") as stream:
             pickle.dump({}, stream)
             pickle.dump(_Serving(words, str(folder), dict(environment)), stream)
-        os.close(calls), os.close(answers)
+        for own in (calls, answers, ready):
+            os.close(own)
+        with FileIO(leads) as stream:
+            stream.read(1)  # from now on its group can be ended
         self.stdin, self.stdout = FileIO(write, "w"), FileIO(read)
         self.pid = forkserver.read_signed(self._status)
         self.returncode = None
@@ -63,8 +102,9 @@ class _Forked:
         if self.returncode is None:
             if not select.select([self._status], [], [], timeout)[0]:
                 raise subprocess.TimeoutExpired("serve", timeout)
-            self.returncode = forkserver.read_signed(self._status)
-            os.close(self._status)
+            with self._lock:
+                if self.returncode is None:
+                    self.returncode = forkserver.read_signed(self._status)
         return self.returncode
 
 
@@ -76,12 +116,17 @@ class _Serving:
 
     def _bootstrap(self, parent_sentinel):
         os.setsid()
+        # The server, and so this process, ends with the one that started them.
+        os.close(forkserver._forkserver._forkserver_alive_fd)
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        for number, own in enumerate(forkserver.get_inherited_fds()):
+        *streams, ready = forkserver.get_inherited_fds()
+        os.close(ready)
+        for number, own in enumerate(streams):
             os.dup2(own, number)
         os.chdir(self.folder)
         os.environ.clear()
         os.environ.update(self.environment)
+        os.environ["ASKED_BY"] = self.environment[PARENT]
         os.environ[PARENT] = str(os.getppid())
         sys.path[:0] = self.environment["PYTHONPATH"].split(os.pathsep)
         sys.argv = ["-c", *self.words]
