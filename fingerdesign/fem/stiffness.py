@@ -107,8 +107,8 @@ def sum_blocks(rows: IntArray, columns: IntArray, blocks: Array, nodes: int) -> 
     ).tocsr()
     # A node's own block comes first in its rows: what of it lies below the diagonal goes.
     above = np.tile(np.arange(dimension), nodes) * (np.diff(matrix.indptr) > 0)
-    kept = np.ones(matrix.nnz, dtype=bool)
+    upper = np.ones(matrix.nnz, dtype=bool)
     for below in range(1, dimension):
-        kept[matrix.indptr[:-1][above == below][:, None] + np.arange(below)] = False
+        upper[matrix.indptr[:-1][above == below][:, None] + np.arange(below)] = False
     pointer = matrix.indptr - np.append(0, np.cumsum(above))
-    return sp.csr_matrix((matrix.data[kept], matrix.indices[kept], pointer), shape=matrix.shape)
+    return sp.csr_matrix((matrix.data[upper], matrix.indices[upper], pointer), shape=matrix.shape)
