@@ -48,11 +48,14 @@ def straightened(mesh: Mesh, change: Array) -> Array:
     """Changes (n, dim) of nodes' places, those of added nodes the mean of their ends': straight
     cells stay straight. On the contact surface they are as they were."""
     kind = mesh.kind
-    own = np.isin(np.arange(len(mesh.points)), mesh.facets["contact"])
+    own = np.zeros(len(mesh.points), dtype=bool)
+    own[mesh.facets["contact"].ravel()] = True
+    moving = np.flatnonzero(np.asarray(change.any(axis=1))[mesh.cells].any(axis=1))
+    cells = mesh.cells[moving]
     found = change.copy()
     for place, corners in enumerate([*kind.edges, *kind.squares], kind.corners):
-        nodes: IntArray = mesh.cells[:, place]
-        middle = np.mean([change[mesh.cells[:, corner]] for corner in corners], axis=0)
+        nodes: IntArray = cells[:, place]
+        middle = np.mean([change[cells[:, corner]] for corner in corners], axis=0)
         loose = ~own[nodes]
         found[nodes[loose]] = middle[loose]
     return found

@@ -29,8 +29,8 @@ class Change:
 
     velocity (n, dim) of the mesh's nodes, mm; moduli (2, c): of both Lame parameters of each cell,
     MPa; gages (2 plates, n dim) of the gage rows, 1/mm; attached (n dim, n dim) of leads and gages
-    as bars, N/mm; facing; friction: of the coefficient;
-    thickness: of a plane-strain body's depth, relative to it.
+    as bars, N/mm; facing; friction: of the coefficient; stiffer: of the whole stiffness, relative
+    to it, before the changes of its parts.
     """
 
     name: str
@@ -40,4 +40,4 @@ class Change:
     attached: sp.csr_matrix | None = None
     facing: Facing | None = None
     friction: float = 0.0
-    thickness: float = 0.0
+    stiffer: float = 0.0

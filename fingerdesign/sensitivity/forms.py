@@ -1,16 +1,17 @@
 """Derivative of the elastic form with node places and moduli, contracted cell by cell.
 
-    a(u, w) = integral 2 mu eps(u) : eps(w) + lame div u div w      (or, with a pressure p of its
-              own,       ... - p div w - q div u - p q / lame)
+    a(u, w) = integral lame div u div w + mu grad u : (grad w + grad w^T)
+              (or, with a pressure p of its own,       ... - p div w - q div u - p q / lame)
 
-With a velocity v of the nodes, D = grad v, gradients change by -grad u D and volumes by div v:
+With a velocity v of the nodes the gradient s of a shape function changes by ds = -(grad v) s, and
+volumes by div v. With h = ds + s div v / 2 and P = integral s h^T of each two shape functions
 
-    da = integral S : grad w - q r,     S = sigma div v - sigma D^T - law(sym(grad u D))
-                                        r = div u div v - tr(grad u D) + p div v / lame
+    da = A + A^T,      A_ik = lame P_ik + mu P_ki + mu (tr P) delta_ik      (components i and k)
 
-by the quadrature of the form itself, so that da is the exact derivative of the discrete form. Its
-matrix is found once for cells that are alike but for their places: those above each other in a
-swept body.
+and of a pressure with the hat n: -integral n (ds + s div v), and -integral n n div v / lame. All by
+the quadrature of the form itself, so that da is the exact derivative of the discrete form. With
+moduli, h = s / 2. The matrix is found once for cells that are alike but for their places: those
+above each other in a swept body.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,7 +28,7 @@ from fingerdesign.runtime.threads import in_threads
 from fingerdesign.sensitivity.change import Change
 
 _ENTRIES = 400_000  # Of the largest temporary array: 8 MB.
-_PAIRS = 24  # That are multiplied at a time: they stay in the processor's cache.
+_PRESSURES, _ALL = 1, 2  # of a cell's unknowns
 _ALIKE = 1e-12  # Of the body's size, and of the fastest node: a smaller difference is rounding.
 
 
@@ -48,42 +49,35 @@ def products(
     first, count = loads.shape
     found = np.zeros((len(changes), len(fields), count))
     between = np.zeros((len(changes), pairs[0].shape[1]))
-    shares = [sp.csr_matrix(side.T) for side in pairs]
+    alike = np.array_equal(*pairs)
 
-    def of(part: "_Part") -> tuple[IntArray, Array, Array | None]:
+    def of(part: "_Part") -> tuple[IntArray, Array, Array]:
         used, local = _numbered(part.unknowns)
-        left = fields.take(used, axis=1)
-        moved = part.without_translation((left[:first].T @ loads)[local], 1)
-        moved = moved.reshape(*local.shape[:2], local.shape[2] * count)
+        own = fields.take(used, axis=1, mode="clip")  # a quarter of the time of "raise"
+
+        def summed(shares: Array) -> Array:
+            return part.without_translation((own[:first].T @ shares)[local])
+
+        def by(matrix: Array, values: Array) -> Array:
+            return (matrix @ values.reshape(*local.shape[:2], -1)).reshape(local.size, -1)
+
+        moved, here = summed(loads), summed(pairs[0])
+        there = here if alike else summed(pairs[1])
         add = sp.csr_matrix((np.ones(local.size), (local.ravel(), np.arange(local.size))))
-        matrices = part.matrices(changes)
-        force = np.empty((len(used), len(matrices), count))
-        for number, each in enumerate(matrices):
-            force[:, number] = add @ (each @ moved).reshape(local.size, count)
-        product = left @ force.reshape(len(used), len(matrices) * count)
-        own = product.reshape(len(left), *force.shape[1:]).swapaxes(0, 1)
-        if not between.size:
-            return part.numbers, own, None
-        both = [part.without_translation((side @ left[:first])[:, local], 2) for side in shares]
-        return part.numbers, own, _of_pairs(matrices, *both)
+        force = np.empty((len(used), len(part.numbers), count))
+        paired = np.zeros((len(part.numbers), pairs[0].shape[1]))
+        for number, matrix in enumerate(part.matrices(changes)):
+            force[:, number] = add @ by(matrix, moved)
+            if here.size:
+                each = here.reshape(local.size, -1), by(matrix, there)
+                paired[number] = np.einsum("lj,lj->j", *each)
+        product = own @ force.reshape(len(used), -1)
+        return part.numbers, product.reshape(-1, *force.shape[1:]).swapaxes(0, 1), paired
 
     for numbers, own, paired in in_threads(of, _parts(body, system, changes, max(count, 1))):
         found[numbers] += own
-        if paired is not None:
-            between[numbers] += paired
+        between[numbers] += paired
     return found, between
-
-
-def _of_pairs(matrices: Array, here: Array, there: Array) -> Array:
-    """w^T dK u (a, j) by matrices (a, c, m, m) of pairs of fields (j, c, m, z)."""
-    found = np.zeros((len(matrices), len(here)))
-    for number in range(here.shape[1]):
-        own = matrices[:, number].reshape(len(matrices), -1)
-        for start in range(0, len(here), _PAIRS):
-            some = slice(start, start + _PAIRS)
-            both = here[some, number] @ there[some, number].swapaxes(1, 2)
-            found[:, some] += own @ both.reshape(len(both), -1).T
-    return found
 
 
 def _numbered(values: IntArray) -> tuple[IntArray, IntArray]:
@@ -94,7 +88,7 @@ def _numbered(values: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _unknowns(body: Body, system: System) -> tuple[IntArray, float]:
-    """Numbers (c, m) of each cell's unknowns, node by node, then its pressures, and their unit.
+    """Numbers (c, m) of each cell's unknowns, axis by axis, then its pressures, and their unit.
 
     The number of unknowns stands for what is fixed or not there.
     """
@@ -102,7 +96,8 @@ def _unknowns(body: Body, system: System) -> tuple[IntArray, float]:
     number = np.full(mesh.points.size, count)
     moved, column = system.lift.nonzero()
     number[moved] = column
-    found = number.reshape(mesh.points.shape)[mesh.cells].reshape(len(mesh.cells), -1)
+    found = number.reshape(mesh.points.shape)[mesh.cells].swapaxes(1, 2)
+    found = found.reshape(len(mesh.cells), -1)
     if system.pressure_lift is None:
         return found, 0.0
     inside = body.pressed
@@ -142,18 +137,20 @@ def _parts(body: Body, system: System, changes: Sequence[Change], count: int) ->
     """The cells that any change changes: those that the same ones change, near each other along x,
     as many at a time as memory has for ``count`` fields."""
     unknowns, unit = _unknowns(body, system)
+    moved = body.mesh.cells.shape[1] * body.mesh.dimension
     for cells in _classes(body, changes) if changes else []:
-        active = np.array([_active(body, change, cells[:, 0]) for change in changes])
-        kinds, alike = np.unique(active, axis=1, return_inverse=True)
+        acting = np.array([_acting(body, change, cells[:, 0]) for change in changes])
         along = body.mesh.points[body.mesh.corners[cells[:, 0]], 0].mean(axis=1)
-        size = max(1, _ENTRIES // (unknowns.shape[1] * count * cells.shape[1]))
-        for number, kind in enumerate(kinds.T):
-            some = np.flatnonzero(alike.ravel() == number)
-            some = cells[some[np.argsort(along[some], kind="stable")]]
-            for start in range(0, len(some) * kind.any(), size):
-                own = some[start : start + size]
-                there = unknowns[own].swapaxes(1, 2)
-                yield _Part.of(body, own[:, 0], there, np.flatnonzero(kind), unit)
+        for level, own in ((_ALL, unknowns), (_PRESSURES, unknowns[:, moved:])):
+            kinds, alike = np.unique(acting == level, axis=1, return_inverse=True)
+            size = max(1, _ENTRIES // (max(own.shape[1], 1) * count * cells.shape[1]))
+            for number, kind in enumerate(kinds.T):
+                some = np.flatnonzero(alike.ravel() == number)
+                some = cells[some[np.argsort(along[some], kind="stable")]]
+                for start in range(0, len(some) * kind.any(), size):
+                    here = some[start : start + size]
+                    there = own[here].swapaxes(1, 2)
+                    yield _Part.of(body, here[:, 0], there, np.flatnonzero(kind), unit)
 
 
 def _at(velocity: sp.csr_matrix, nodes: IntArray) -> Array:
@@ -161,14 +158,16 @@ def _at(velocity: sp.csr_matrix, nodes: IntArray) -> Array:
     return np.asarray(velocity[nodes.ravel()].toarray()).reshape(*nodes.shape, -1)
 
 
-def _active(body: Body, change: Change, cells: IntArray) -> BoolArray:
-    """Which cells' stiffness a parameter changes."""
-    found = np.zeros(len(cells), dtype=bool)
+def _acting(body: Body, change: Change, cells: IntArray) -> IntArray:
+    """What of each cell's stiffness a parameter changes: nothing, _PRESSURES or _ALL."""
+    found = np.zeros(len(cells), dtype=np.int64)
+    if change.moduli is not None:
+        first, shear = change.moduli[:, cells] != 0.0
+        found[first & body.pressed[cells]] = _PRESSURES
+        found[shear | (first & ~body.pressed[cells])] = _ALL
     if change.velocity is not None:
         velocity = _at(change.velocity, body.mesh.cells[cells])
-        found |= (velocity != velocity[:, :1]).any(axis=(1, 2))
-    if change.moduli is not None:
-        found |= change.moduli[:, cells].any(axis=0)
+        found[(velocity != velocity[:, :1]).any(axis=(1, 2))] = _ALL
     return found
 
 
@@ -176,10 +175,10 @@ def _active(body: Body, change: Change, cells: IntArray) -> BoolArray:
 class _Part:
     """c classes of z cells, with the gradients of n shape functions at their q points.
 
-    cells (c,): one of each class; unknowns (c, m, z); numbers (a,) of the changes that change them;
-    slopes (c, q d, n); weights (c, q); mixed (c,): those with pressures; first (c,) and
-    law (c, d d, d d): of Lame's first parameter, and of what of it is not the pressure's; hats
-    (corners, q), times the pressures' unit, or none.
+    cells (c,): one of each class; unknowns (c, m, z): all, or the pressures alone; numbers (a,) of
+    the changes that change them; slopes (c, q, d, n); weights (c, q); mixed (c,): those with
+    pressures; first and shear (c,): both of Lame's; hats (corners, q), times the pressures' unit,
+    or none.
     """
 
     cells: IntArray
@@ -190,7 +189,7 @@ class _Part:
     weights: Array
     mixed: BoolArray
     first: Array
-    law: Array
+    shear: Array
     hats: Array
 
     @classmethod
@@ -198,88 +197,88 @@ class _Part:
         cls, body: Body, cells: IntArray, unknowns: IntArray, numbers: IntArray, unit: float
     ) -> "_Part":
         """These cells of a body."""
-        mesh, mixed = body.mesh, body.pressed[cells]
+        mesh = body.mesh
         order, nodes = strain_order(mesh.kind), mesh.cells[cells]
         slopes, weights = physical_gradients(mesh.points, nodes, order)
-        slopes = slopes.swapaxes(2, 3).reshape(len(cells), -1, nodes.shape[1])
+        slopes, weights = np.ascontiguousarray(slopes.swapaxes(2, 3)), weights * body.thickness
         hats = unit * tabulate(mesh.kind, *quadrature(mesh.kind, order), degree=1).value
-        hats = hats[: unknowns.shape[1] - nodes.shape[1] * mesh.dimension]
-        first, shear = lame_parameters(body.youngs_modulus[cells], body.poissons_ratio[cells])
-        law = _law(np.where(mixed, 0.0, first), shear, mesh.dimension)
-        weights = weights * body.thickness
-        return cls(cells, nodes, unknowns, numbers, slopes, weights, mixed, first, law, hats)
+        hats = hats[: unknowns.shape[1] % (nodes.shape[1] * mesh.dimension)]
+        lame = lame_parameters(body.youngs_modulus[cells], body.poissons_ratio[cells])
+        mixed = body.pressed[cells]
+        return cls(cells, nodes, unknowns, numbers, slopes, weights, mixed, *lame, hats)
 
-    def without_translation(self, values: Array, axis: int) -> Array:
-        """Fields of cells, with unknowns along ``axis``, less what their first nodes do.
+    @property
+    def solid(self) -> int:
+        """How many unknowns of a cell are displacements."""
+        return int(self.unknowns.shape[1] - len(self.hats))
+
+    def without_translation(self, values: Array) -> Array:
+        """Fields (c, m, z, k) of cells, less what their first nodes do.
 
         A plate of metal moves much and strains little: the stresses of its motion would round.
         """
-        own, dim = np.moveaxis(values, axis, 0), int(np.sqrt(self.law.shape[1]))
-        size = self.slopes.shape[2] * dim
-        for i, first in enumerate(own[:dim].copy()):
-            own[i:size:dim] -= first
+        dim, nodes = self.slopes.shape[2:]
+        for axis in range(dim if self.solid else 0):
+            own = values[:, axis * nodes : (axis + 1) * nodes]
+            own -= own[:, :1].copy()
         return values
 
-    def matrices(self, changes: Sequence[Change]) -> Array:
-        """dK (a, c, m, m) of one cell of each class, by all that change it."""
+    def matrices(self, changes: Sequence[Change]) -> Iterator[Array]:
+        """dK (c, m, m) of one cell of each class, by each that changes it."""
         size = self.unknowns.shape[1]
-        found = np.empty((len(self.numbers), len(self.cells), size, size))
-        for each, number in zip(found, self.numbers, strict=True):
-            self._fill(each, changes[number])
-        return found
+        for number in self.numbers:
+            change, found = changes[number], np.zeros((len(self.cells), size, size))
+            if change.velocity is not None:
+                self._move(found, _at(change.velocity, self.nodes))
+            if change.moduli is not None:
+                self._stiffen(found, *change.moduli[:, self.cells])
+            yield found
 
-    def _fill(self, found: Array, change: Change) -> None:
-        """Put dK (c, m, m) of a change there."""
-        stress, pull, square = self._laws(change)
-        slopes, hats, (count, points, dim) = self.slopes, self.hats, pull.shape[:3]
-        turned, nodes = slopes.swapaxes(1, 2), slopes.shape[2]
-        stress = stress.swapaxes(4, 5).reshape(count, points, dim**3, dim)
-        force = stress @ slopes.reshape(count, points, dim, nodes)
-        solid = turned @ force.reshape(count, points * dim, -1)
-        solid = solid.reshape(count, nodes, dim, dim, nodes).swapaxes(3, 4)
-        size = nodes * dim
-        found[:, :size, :size] = solid.reshape(count, size, size)
-        pressed = (pull[..., None] * hats.T[:, None, None]).reshape(count, points * dim, -1)
-        found[:, :size, size:] = (turned @ pressed).reshape(count, size, -1)
-        found[:, size:, :size] = found[:, :size, size:].swapaxes(1, 2)
-        found[:, size:, size:] = -(hats * square[:, None]) @ hats.T
+    def _move(self, found: Array, velocity: Array) -> None:
+        """Add what a velocity (c, n, d) of the nodes does to dK (c, m, m)."""
+        size, (count, points, dim, nodes) = self.solid, self.slopes.shape
+        flow = self.slopes.reshape(count, -1, nodes) @ velocity
+        flow = flow.reshape(count, points, dim, dim)  # of the component k along the axis i: (i, k)
+        growth = np.einsum("cqii->cq", flow)
+        turned, grown = -flow @ self.slopes, growth[:, :, None, None] * self.slopes
+        self._add(found, turned + 0.5 * grown, np.where(self.mixed, 0.0, self.first), self.shear)
+        if not len(self.hats):
+            return
+        pull = self.weights[:, :, None] * (turned + grown).reshape(count, points, size)
+        pull = -self.hats @ pull
+        found[:, size:, :size] += pull
+        found[:, :size, size:] += pull.swapaxes(1, 2)
+        self._add_pressures(found, self.weights * growth, self.first)
 
-    def _laws(self, change: Change) -> tuple[Array, Array, Array]:
-        """The matrix (c, q, j, i, l, k) of S on grad u and (c, q, j, i) on p, and r on p (c, q),
-        with the points' weights; derivatives j and l along axes, of components i and k."""
-        first, law, weights = self.first[:, None], self.law, self.weights
-        (count, points), dim = weights.shape, int(np.sqrt(law.shape[1]))
-        stress = np.zeros((count, points, dim**2, dim**2))
-        pull, square = np.zeros((count, points, dim, dim)), np.zeros((count, points))
-        if change.velocity is not None:
-            flow = self.slopes @ _at(change.velocity, self.nodes)
-            flow = flow.reshape(count, points, dim, dim) * weights[:, :, None, None]
-            growth = np.einsum("cqii->cq", flow)
-            still = np.zeros((count, points, dim**2, dim**2))
-            turn = np.zeros((count, dim**2, points * dim**2))
-            there = still.reshape(count, points, *(dim,) * 4)
-            across = turn.reshape(count, dim, dim, points, dim, dim)  # (c, j, i, q, l, k)
-            for i in range(dim):
-                there[..., i, :, i] = -flow.swapaxes(2, 3)
-                across[:, :, i, :, :, i] = flow.transpose(0, 2, 1, 3)
-            still += growth[:, :, None, None] * np.eye(dim**2)
-            # One product a cell, not one a point.
-            stress += (still.reshape(count, -1, dim**2) @ law).reshape(still.shape)
-            stress -= (law @ turn).reshape(count, dim**2, points, -1).swapaxes(1, 2)
-            pull -= (still @ np.eye(dim).ravel()).reshape(pull.shape)
-            square += growth / first
-        if change.moduli is not None:
-            rise, shear = change.moduli[:, self.cells]
-            own = _law(np.where(self.mixed, 0.0, rise), shear, dim)
-            stress += weights[:, :, None, None] * own[:, None]
-            square -= weights * (rise[:, None] / first**2)
-        return stress.reshape(count, points, *(dim,) * 4), pull, square
+    def _stiffen(self, found: Array, first: Array, shear: Array) -> None:
+        """Add what rates (c,) of both of Lame's parameters do to dK (c, m, m)."""
+        if self.solid:
+            self._add(found, 0.5 * self.slopes, np.where(self.mixed, 0.0, first), shear)
+        if len(self.hats) and first.any():
+            self._add_pressures(found, -self.weights * first[:, None], self.first**2)
 
+    def _add(self, found: Array, changed: Array, first: Array, shear: Array) -> None:
+        """Add A + A^T of h (c, q, d, n) and of both of Lame's parameters (c,)."""
+        count, points, dim, nodes = changed.shape
+        size, both = dim * nodes, [self.slopes, self.weights[:, :, None, None] * changed]
+        left, right = (
+            np.concatenate(each, axis=1).reshape(count, 2 * points, size)
+            for each in (both, both[::-1])
+        )
+        product = left.swapaxes(1, 2) @ right  # P + P^T
+        product = product.reshape(count, dim, nodes, dim, nodes)
+        own = product.swapaxes(1, 3).copy()
+        trace = sum(product[:, axis, :, axis] for axis in range(dim))
+        for axis in range(dim):
+            own[:, axis, :, axis] += trace
+        own *= shear[:, None, None, None, None]
+        if first.any():
+            own += first[:, None, None, None, None] * product
+        found[:, :size, :size] += own.reshape(count, size, size)
 
-def _law(first: Array, shear: Array, dim: int) -> Array:
-    """lame tr I + 2 mu sym, as matrices (c, d d, d d) on gradients."""
-    one = np.eye(dim)
-    whole = np.outer(one, one)
-    turned = np.einsum("jk,il->jilk", one, one).reshape(whole.shape)
-    own = np.eye(dim**2) + turned
-    return np.asarray(first[:, None, None] * whole + shear[:, None, None] * own)
+    def _add_pressures(self, found: Array, weights: Array, yielding: Array) -> None:
+        """Add -hats hats^T of these weights (c, q) over (c,), where cells have pressures."""
+        size = self.solid
+        with np.errstate(divide="ignore", invalid="ignore"):
+            weights = np.where(self.mixed[:, None], weights / yielding[:, None], 0.0)
+        found[:, size:, size:] -= (self.hats * weights[:, None]) @ self.hats.T

@@ -67,13 +67,13 @@ class ResponseFields:
                 rate[first:] += self._read(change.gages)[:first].T @ some
             if change.attached is not None:
                 where = np.unique(change.attached.nonzero()[0])
-                ends = sp.identity(change.attached.shape[0], format="csr")[where]
-                bars = self._read(change.attached[where]) @ self._read(ends).T
-                rate -= bars[:, :first] @ some
-                pair -= (here * (bars[:first, :first] @ there)).sum(axis=0)
-            if change.thickness:
-                rate -= change.thickness * (self.values[self.own, : self.contact] @ loads)
-                pair -= change.thickness * (pairs[0] * (own @ pairs[1])).sum(axis=0)
+                bars = change.attached[where][:, where]
+                ends = self._read(sp.identity(change.attached.shape[0], format="csr")[where])
+                rate -= ends @ (bars @ (ends[:first].T @ some))
+                pair -= ((ends[:first].T @ here) * (bars @ (ends[:first].T @ there))).sum(axis=0)
+            if change.stiffer:
+                rate -= change.stiffer * (self.values[self.own, : self.contact] @ loads)
+                pair -= change.stiffer * (pairs[0] * (own @ pairs[1])).sum(axis=0)
             whole[self.own] = rate
         return found, between
 
@@ -81,7 +81,7 @@ class ResponseFields:
         """Values (s, a) of rows (a, n dim) of nodal displacements, in each field."""
         held = sp.csr_matrix(rows @ self.system.lift)
         used = np.unique(held.indices)
-        return np.asarray((held[:, used] @ self.fields[:, used].T).T)
+        return np.asarray((held[:, used] @ self.fields.take(used, axis=1, mode="clip").T).T)
 
     def _trace_of(self, change: Change) -> sp.csr_matrix | None:
         """The contact rows of dQ of one parameter."""

@@ -14,6 +14,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.fem.readout import gage_rows, pairing
+from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import PlateFrame
@@ -43,7 +44,7 @@ def change_of(
         return _of_material(parameter, model)
     if parameter.name == "body.depth_mm" and mesh.dimension == 2:
         deep = 1.0 / design.body.depth_mm
-        return Change(parameter.name, facing=_facing(parameter, model, None), thickness=deep)
+        return Change(parameter.name, facing=_facing(parameter, model, None), stiffer=deep)
     velocity = node_velocity(parameter, mesh, weights) if parameter.kind != "object" else None
     gages = attached = None
     if parameter.kind in ("placement", "plates", "body", "gages"):
@@ -57,16 +58,19 @@ def change_of(
 
 
 def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
-    """Rates of both Lame parameters, and of the gages' weights where these depend on them."""
+    """Rates of both Lame parameters, and of the gages' weights where these depend on them.
+
+    A material of most cells, as rubber is, makes the whole stiffer, and the few others softer in
+    turn: of its own cells a part of the pressures at most is left.
+    """
     design, _, frames = parameter.at(0.0)
     _, name, key = parameter.name.split(".")
     body, mesh = model.condensed.body, model.mesh
     young, nu = body.youngs_modulus, body.poissons_ratio
-    if key == "youngs_modulus_MPa":
-        rates = [nu / ((1 + nu) * (1 - 2 * nu)), 1.0 / (2.0 * (1.0 + nu))]
+    if key == "youngs_modulus_MPa":  # relative growth of both, and of the first besides
+        growth, more = 1.0 / young, np.zeros_like(young)
     elif key == "poissons_ratio":
-        volume = young * (1 + 2 * nu**2) / ((1 + nu) * (1 - 2 * nu)) ** 2
-        rates = [volume, -young / (2.0 * (1.0 + nu) ** 2)]
+        growth, more = -1.0 / (1.0 + nu), young / ((1.0 + nu) * (1.0 - 2.0 * nu) ** 2)
     else:
         bound, remedy = "youngs_modulus_MPa or poissons_ratio", "leave it out"
         raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])
@@ -85,7 +89,14 @@ def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
     if key == "poissons_ratio" and design.plates.material == name and frames:
         weights = parameter.rate(lambda t: np.array(parameter.at(t).design.gage_weights))
         gages = gage_rows(mesh, frames, design.gages, (float(weights[0]), float(weights[1])))
-    return Change(parameter.name, moduli=np.array(rates) * mine, gages=gages)
+    stiffer, attached, grown = 0.0, None, growth * mine
+    if mine.mean() > 0.5:
+        stiffer = float(growth[mine > 0.0][0])
+        attached = None if body.attached is None else -stiffer * _full(body.attached)
+        grown = -stiffer * (1.0 - mine)
+    first, shear = lame_parameters(young, nu)
+    moduli = np.array([grown * first + mine * more, grown * shear])
+    return Change(parameter.name, moduli=moduli, gages=gages, attached=attached, stiffer=stiffer)
 
 
 def rows_of_plates(design: Design, mesh: Mesh, frames: tuple[PlateFrame, ...]) -> sp.csr_matrix:
@@ -145,8 +156,12 @@ def _attached_rates(parameter: Parameter, body: Body) -> sp.csr_matrix | None:
     turning = None if upper is None else _turning(parameter, body.mesh)
     if upper is None or turning is None:
         return None
-    half = (upper + upper.T - sp.diags_array(upper.diagonal())) @ turning
+    half = _full(upper) @ turning
     return sp.csr_matrix(half + half.T)
+
+
+def _full(upper: sp.csr_matrix) -> sp.csr_matrix:
+    return sp.csr_matrix(upper + upper.T - sp.diags_array(upper.diagonal()))
 
 
 def _facing(parameter: Parameter, model: FiniteElementModel, velocity: Array | None) -> Facing:

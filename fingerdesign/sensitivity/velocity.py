@@ -97,7 +97,9 @@ def node_velocity(parameter: Parameter, mesh: Mesh, weights: Array | None = None
     for frame, rate, weight in zip(frames, rates, weights, strict=True):
         if np.abs(rate).max() < _STILL and not body:
             continue
-        velocity[:, :2] += weight[:, None] * (_motion(frame, gage, rate, section) - carried)
+        near = np.flatnonzero(weight)
+        own = _motion(frame, gage, rate, section[near])
+        velocity[near, :2] += weight[near, None] * (own - carried[near])
     return straightened(mesh, velocity)
 
 
