@@ -42,6 +42,7 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.control.bench_curves import BenchCurves, Phase, Points, Slide, pressed
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.fem.factor import orders_held
+from fingerdesign.fem.memory import memory_kept
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.identify.bench import (
     MOST_LEAN_DEG,
@@ -417,7 +418,7 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     x = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
     bounds, fall = _bounds(design, latents), np.inf
     x = problem.settled(x, bounds)
-    with orders_held(_EQUATIONS):
+    with orders_held(_EQUATIONS), memory_kept():
         for number, steps in enumerate(_STEPS, 1):
             roughly = number < len(_STEPS)
             problem.derive(x, at_first if roughly else in_the_end, roughly, report)
