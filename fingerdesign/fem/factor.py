@@ -156,13 +156,14 @@ class Condensation:
         One field a row (k, more than n), with zeros behind its n values.
         """
         found = np.zeros((len(rows), self._bordered.shape[0]))
+        loads = np.zeros_like(found[:_BLOCK])  # PARDISO leaves them as they are
         for start in range(0, len(rows), _BLOCK):
             some = slice(start, start + _BLOCK)
             border = np.equal.outer(rows[some], self._some).astype(float)
             if self._superlu is not None:
                 found[some, : self._size] = self.solve(self._rows.T @ border.T).T
                 continue
-            loads = np.zeros_like(found[some])
+            loads = loads[: len(border)]
             loads[:, self._size :] = -border
             self._phase(333, loads, found[some])
         found[:, self._size :] = 0.0
