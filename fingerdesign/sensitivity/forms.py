@@ -72,7 +72,7 @@ def products(
                 each = here.reshape(local.size, -1), by(matrix, there)
                 paired[number] = np.einsum("lj,lj->j", *each)
         product = own @ force.reshape(len(used), -1)
-        return part.numbers, product.reshape(-1, *force.shape[1:]).swapaxes(0, 1), paired
+        return part.numbers, product.reshape(len(fields), *force.shape[1:]).swapaxes(0, 1), paired
 
     for numbers, own, paired in in_threads(of, _parts(body, system, changes, max(count, 1))):
         found[numbers] += own

@@ -92,6 +92,9 @@ def test_products_are_differences_of_the_stiffness(kind, uneven):
     fields = np.hstack([free, np.zeros((3, 2))])
     loads, pairs = chance.standard_normal((2, 1)), chance.standard_normal((2, 2, 4))
     found, between = products(body, system, changes, fields, loads, tuple(pairs))
+    none = np.zeros((2, 0))
+    empty = products(body, system, changes, fields, none, (none, none))
+    assert [each.shape for each in empty] == [(3, 3, 0), (3, 0)]
     step, (left, right) = 1e-4, pairs
     for each, made in enumerate(bodies):
         low, high = (
