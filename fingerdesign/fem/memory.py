@@ -16,9 +16,9 @@ _NEVER = 2**31 - 1
 def memory_kept() -> Iterator[None]:
     """Meanwhile freed memory stays with this process, which asks the system less often.
 
-    A system clears memory before it gives it: of a fit to a bench in 3-D (ten condensations of
-    170k equations) that took a sixth of the processor's time. Kept, its peak is a fifth higher. Of
-    glibc alone; elsewhere nothing changes.
+    A system clears memory before it gives it: of a fit to a bench in 3-D (seven condensations, of
+    up to 172k equations) that took a sixth of the processor's time. Kept, its peak is a fifth
+    higher. Of glibc alone; elsewhere nothing changes.
     """
     library = ctypes.CDLL(None) if sys.platform == "linux" else None
     if library is None or not hasattr(library, "mallopt"):

@@ -113,10 +113,10 @@ def _blocks(points: Array, cells: IntArray) -> tuple[Array, Array]:
 class System:
     """K q = L^T load for the free dofs q, of which the nodal displacements are u = L q.
 
-    stiffness (d, d): upper triangle in CSR, sorted; lift (n dim, d): L; support (dim, d): sum of
-    K q over held dofs, component by component; held (n dim, dim): how much of each node's
-    load goes into the supports at once; pressures: how many eigenvalues of K are below zero;
-    pressure_lift (pressures, d): the pressures, MPa, of q.
+    stiffness (d, d): upper triangle in CSR, sorted; empty once factors have it (fem/body.py); lift
+    (n dim, d): L; support (dim, d): sum of K q over held dofs, component by component; held (n dim,
+    dim): how much of each node's load goes into the supports at once; pressures: how many
+    eigenvalues of K are below zero; pressure_lift (pressures, d): the pressures, MPa, of q.
     """
 
     stiffness: sp.csr_matrix

@@ -67,6 +67,7 @@ def test_twice_the_depth_is_twice_the_force(scaled):
     "names",
     [
         ("object.friction_coefficient", "placement[1].y_mm", "placement[0].angle_deg"),
+        (RUBBER, METAL),
         pytest.param(
             ("materials.silicone.poissons_ratio", "placement[2].x_mm"), marks=pytest.mark.slow
         ),
@@ -80,6 +81,15 @@ def test_differences_on_the_moved_mesh_agree(finger, names):
     assert np.median([error for _, _, error in errors]) < 1e-8
     assert skipped < 0.5 * (len(names) + 4)
     assert not found.on_kink.any()
+
+
+@pytest.mark.parametrize("key", ["youngs_modulus_MPa", "poissons_ratio"])
+def test_rubber_around_attached_sheets_agrees(finger, key):
+    """The sheets' stiffness is no cell's: as the whole grows with the rubber, it softens."""
+    sheets = finger.with_design({"plates.model": "sheet"})
+    errors, _, _ = errors_of(sheets, (f"materials.silicone.{key}",))
+    assert errors
+    assert max(error for _, _, error in errors) < 1e-6
 
 
 @pytest.mark.slow

@@ -391,12 +391,17 @@ fingerdesign/sensitivity/forms.py | tests/sensitivity
 derivatives: a velocity does not grow the volume
 fingerdesign/sensitivity/forms.py | tests/sensitivity
 - self._add(found, turned + 0.5 * grown, np.where(self.mixed, 0.0, self.first), self.shear)
-+ self._add(found, turned + 0.4 * grown, np.where(self.mixed, 0.0, self.first), self.shear)
++ self._add(found, turned + 0.0 * grown, np.where(self.mixed, 0.0, self.first), self.shear)
 
 derivatives: where rubber grows stiffer the plates do too
 fingerdesign/sensitivity/parts.py | tests/sensitivity
 - grown = -stiffer * (1.0 - mine)
 + grown = -0.0 * stiffer * (1.0 - mine)
+
+derivatives: where rubber grows stiffer attached sheets do too
+fingerdesign/sensitivity/parts.py | tests/sensitivity
+- attached = None if body.attached is None else -stiffer * _full(body.attached)
++ attached = None if body.attached is None else -0.0 * stiffer * _full(body.attached)
 
 scatter: a row does not move as a whole
 fingerdesign/mold/placement.py | tests/mold/test_placement.py
