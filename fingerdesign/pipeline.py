@@ -8,7 +8,6 @@ Refuse what cannot be; make the model; follow the path; lift; write down what wa
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 
 from fingerdesign.analysis.analysed import Analysed
@@ -17,21 +16,14 @@ from fingerdesign.analysis.answers import cache_answer, cached_answer, requested
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.fidelity.choice import Choice, choose
 from fingerdesign.analysis.finite_path import finite_steps
-from fingerdesign.analysis.folder import cad_concurrently, complete_answer, write_analysis
+from fingerdesign.analysis.folder import complete_answer, products_begun, write_analysis
 from fingerdesign.analysis.forecast.forecast import forecast_progress
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.measurable import Sections, measurability, start_sections, states_seen
 from fingerdesign.analysis.mesh_error import Second, mesh_error, start_second
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.path_error import path_error
-from fingerdesign.analysis.stages import (
-    condense,
-    make_mesh,
-    one_thread,
-    rig_of,
-    run_grips,
-    slip_studies,
-)
+from fingerdesign.analysis.stages import condense, make_mesh, rig_of, run_grips, slip_studies
 from fingerdesign.analysis.work import Followed, Lifted, Work
 from fingerdesign.checks.load import load_design
 from fingerdesign.contact.increment import ZoneExhausted
@@ -41,8 +33,8 @@ from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULTS
-from fingerdesign.report.style import load_matplotlib_ahead
 from fingerdesign.runtime.progress import Progress, Report, listening, silent
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.train.ready import with_estimator
 
 
@@ -85,8 +77,7 @@ def make_model(work: Work) -> Choice:
     case, zone, scene = work.case, work.zone, work.scene
     with listening(work.report):
         if case.fidelity == "auto":
-            chosen = choose(case, scene, zone, work.clock, work.report)
-            return replace(chosen, notes=[*work.notes, *chosen.notes])
+            return choose(case, scene, zone, work.clock, work.report).after(work.notes)
         work.report("meshing")
         with work.clock.stage("mesh"):
             mesh = make_mesh(case.design, case.fidelity, zone, case.symmetric)
@@ -102,18 +93,16 @@ def follow(work: Work, chosen: Choice) -> Followed:
     problem = problem_at_touch(chosen.model.reduced, scene.object, design.body)
     work.report("loading")
     with work.clock.stage("increments"):
-        if chosen.case.fidelity == "finite":
-            return Followed(chosen, problem, [*finite_steps(design, finger, scene)])
-        finger.prepare_fields(needed=chosen.case.fields)
-        with one_thread():
-            steps = follow_path(problem, scene, design)
-            error = path_error(problem, scene.path, design.gages.face, steps)
-        if work.case.fidelity == "auto" and too_deep(chosen.case, scene, steps):
+        if chosen.case.fidelity != "finite":
+            finger.prepare_fields(needed=chosen.case.fields)
+            with one_thread():
+                steps = follow_path(problem, scene, design)
+                error = path_error(problem, scene.path, design.gages.face, steps)
+            if work.case.fidelity != "auto" or not too_deep(chosen.case, scene, steps):
+                return Followed(chosen, problem, steps, error)
             work.note("strains are not small: the path is followed at finite strain, on this mesh")
-            finite = replace(chosen.case, fidelity="finite")
-            chosen = replace(chosen, case=finite, notes=[*chosen.notes, work.notes[-1]])
-            return Followed(chosen, problem, [*finite_steps(design, finger, scene)])
-    return Followed(chosen, problem, steps, error)
+            chosen = chosen.at_finite_strain(work.notes[-1])
+        return Followed(chosen, problem, [*finite_steps(design, finger, scene)])
 
 
 def lift(work: Work, followed: Followed, sections: Sections | None, second: Second | str) -> Lifted:
@@ -149,11 +138,9 @@ def analyse_into(
     page, cad = requested_products(case, page, cad)
     clock = Clock()
     report = forecast_progress(case, show, clock)
-    if page:
-        load_matplotlib_ahead()
     with RESULTS.written(out / case.design.design.name) as folder:
         try:
-            with cad_concurrently(case.design, folder, clock, needed=cad):
+            with products_begun(case.design, folder, clock, page, cad):
                 analysis = run(case, report, clock)
         except (FingerDesignError, MemoryError) as error:
             analysis = failed_analysis(case, error, clock)

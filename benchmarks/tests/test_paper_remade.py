@@ -19,8 +19,9 @@ from fingerdesign_bench.paper.remade import ORDER
 from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.case import fundamental_scene
-from fingerdesign.analysis.stages import one_thread, zone_of
+from fingerdesign.analysis.stages import zone_of
 from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.runtime.threads import one_thread
 
 pytestmark = pytest.mark.slow
 

@@ -31,6 +31,7 @@ from fingerdesign.records.arrays import FieldHistory, write_packed
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import read_result, write_result_files
+from fingerdesign.report.style import load_matplotlib_ahead
 from fingerdesign.runtime.files import move_into, whole_folder, write_whole
 from fingerdesign.runtime.machine import largest_memory_MB
 
@@ -105,12 +106,16 @@ def _write(path: Path, mesh: Mesh, displacement: Array | None) -> Path:
 
 
 @contextmanager
-def cad_concurrently(design: Design, folder: Path, clock: Clock, needed: bool) -> Iterator[None]:
-    """Write the finger's STEP and STL files, where they are needed, concurrently with the block.
+def products_begun(
+    design: Design, folder: Path, clock: Clock, page: bool, cad: bool
+) -> Iterator[None]:
+    """Concurrently with the block load what draws the page, and write STEP and STL files.
 
-    GeometryError where that fails.
+    Each where it is needed. GeometryError where the files fail.
     """
-    if not needed:
+    if page:
+        load_matplotlib_ahead()
+    if not cad:
         yield
         return
     with finger_cad_concurrently(design, folder) as wait:

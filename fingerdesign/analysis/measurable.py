@@ -13,7 +13,7 @@ from fingerdesign.analysis.detection import (
     measured_states,
 )
 from fingerdesign.analysis.path import problem_at_touch
-from fingerdesign.analysis.stages import condense, make_mesh, one_thread
+from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.contact.path import Step
@@ -27,6 +27,7 @@ from fingerdesign.materials import MATERIALS
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.result import GageRemedy, Measurability, MeasuredState
+from fingerdesign.runtime.threads import one_thread
 
 Sections = Future[list[ContactProblem]]
 

@@ -1,13 +1,11 @@
 """The stages between a design and what was found: zone, mesh, condensed model, grips, fields."""
 
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from threading import Thread
 from typing import TypeVar
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import problem_at_touch, touch_point
@@ -94,13 +92,6 @@ def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElem
         raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
     points = np.array(scene.readout.points_mm).reshape(-1, 3)
     return build_model(design, mesh, zone.half_width, points, zone.half_depth, store=True)
-
-
-def one_thread() -> AbstractContextManager[object]:
-    """One BLAS thread: contact solves are small, and threads that wait for each other cost far more
-    than they save as soon as another process wants the cores (measured: 70 times)."""
-    limit: AbstractContextManager[object] = threadpool_limits(limits=1, user_api="blas")
-    return limit
 
 
 def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[SlipStudy, ...]:

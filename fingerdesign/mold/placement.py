@@ -21,7 +21,7 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import follow_path, problem_at_touch
-from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, zone_of
 from fingerdesign.arrays import Array
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
@@ -38,6 +38,7 @@ from fingerdesign.mold.plan.fixture.outer import bow
 from fingerdesign.mold.plan.limits import comb_tolerance
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.sensitivity.derive import Sensitivity, derivatives
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of

@@ -1,8 +1,9 @@
-"""Independent calls in this process's threads: for work in compiled code, without Python's lock."""
+"""Threads of this process: of BLAS, and of calls in compiled code, without Python's lock."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from contextvars import copy_context
 from typing import TypeVar
 
@@ -10,6 +11,15 @@ Item = TypeVar("Item")
 Found = TypeVar("Found")
 # Each call in work holds its arrays, and Python's lock at times: more threads would gain little.
 _MOST = 4
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """One BLAS thread: contact solves are small, and threads that wait for each other cost far more
+    than they save as soon as another process wants the cores (measured: 70 times)."""
+    from threadpoolctl import threadpool_limits
+
+    limit: AbstractContextManager[object] = threadpool_limits(limits=1, user_api="blas")
+    return limit
 
 
 def in_threads(function: Callable[[Item], Found], items: Iterable[Item]) -> Iterator[Found]:

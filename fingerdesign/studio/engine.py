@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fingerdesign.analysis.path import problem_at_touch
-from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh
 from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.mesh import SectionMesh
@@ -24,6 +24,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import Zone, candidate_zone
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.studio.numbers import Numbers, numbers_of
 from fingerdesign.studio.sliders import Press

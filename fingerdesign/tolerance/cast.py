@@ -20,7 +20,6 @@ from fingerdesign.analysis.stages import (
     condense,
     in_wide_zone,
     make_mesh,
-    one_thread,
     rig_of,
     run_grips,
     zone_of,
@@ -36,6 +35,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.streams import stream
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.perturb.finger import placement_keys, places_of
 from fingerdesign.sensing.train.ready import with_estimator
 from fingerdesign.sensitivity.derive import Sensitivity

@@ -14,7 +14,6 @@ from typing import Any, Literal
 import numpy as np
 
 from fingerdesign.analysis.case import Clock, gage_array
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.grip import weight_per_finger
@@ -28,6 +27,7 @@ from fingerdesign.records.result_files import write_grip_csv
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.model import (
     CONTACT_SIZE_MM,
     MESHED,

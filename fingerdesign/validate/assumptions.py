@@ -11,7 +11,7 @@ from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.models import Plates, Solved
 from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
 from fingerdesign.analysis.path import steps_sideways
-from fingerdesign.analysis.stages import one_thread, slip_studies
+from fingerdesign.analysis.stages import slip_studies
 from fingerdesign.checks.meshing import plane_strain_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, Part
@@ -20,6 +20,7 @@ from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.layout.leads import leads_as_cast
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.section.section import sheet_room_faults
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.validate.comparison import Answer, answer_of, compare, compare_gages
 from fingerdesign.validate.record import ComparisonData, Kind
 from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Reader, Solves

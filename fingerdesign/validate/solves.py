@@ -26,7 +26,7 @@ from fingerdesign.analysis.fidelity.models import (
 from fingerdesign.analysis.fidelity.readings import MICRO, Readings, readings_of
 from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
 from fingerdesign.analysis.path import follow_path, problem_at_touch, targets
-from fingerdesign.analysis.stages import condense, one_thread, zone_of
+from fingerdesign.analysis.stages import condense, zone_of
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.path import Step, follow
@@ -38,6 +38,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.report.page import paragraphs
 from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.validate.advice import WORDS
 from fingerdesign.validate.comparison import Answer
 

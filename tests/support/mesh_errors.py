@@ -26,13 +26,14 @@ from fingerdesign.analysis.mesh_error import (
 )
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.path_error import distances
-from fingerdesign.analysis.stages import condense, in_wide_zone, one_thread, zone_of
+from fingerdesign.analysis.stages import condense, in_wide_zone, zone_of
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesh_finger
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.runtime.threads import one_thread
 
 GOAL = {"normal_force": 0.003, "tangential_force": 0.003, "stick_ratio": 0.01, "gages": 0.01}
 FINE = {"plane-strain": 0.4, "3d": 0.7}  # Sizes of the fine mesh over the default's.

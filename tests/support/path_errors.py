@@ -17,13 +17,14 @@ from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.fidelity.readings import readings_of
 from fingerdesign.analysis.path import problem_at_touch, targets
 from fingerdesign.analysis.path_error import distances, path_error
-from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, zone_of
 from fingerdesign.checks.load import load_design
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.layout.zone import Zone
+from fingerdesign.runtime.threads import one_thread
 
 GOAL = {"normal_force": 0.01, "tangential_force": 0.01, "stick_ratio": 0.01, "gages": 0.005}
 FINE = 256  # 64 equal ones are off by a fifth of a per cent themselves, in F_t of a first row

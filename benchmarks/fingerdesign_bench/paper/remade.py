@@ -19,12 +19,13 @@ from typing import TYPE_CHECKING, Any
 from fingerdesign.analysis.case import fundamental_scene, result_digest
 from fingerdesign.analysis.path import contact_history, increment_result
 from fingerdesign.analysis.slip_study import slip_studies
-from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
+from fingerdesign.analysis.stages import in_wide_zone, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.records.base import ResultError
 from fingerdesign.report.page import render_page
 from fingerdesign.report.style import house_style
 from fingerdesign.runtime.files import move_into, whole_folder
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.version import versions
 from fingerdesign_bench.paper import lifts as lifting
 from fingerdesign_bench.paper.case import FRICTIONS, build_case, check_case

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design
 from fingerdesign.contact.increment import Workspace, solve_increment
@@ -21,6 +20,7 @@ from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.robots.mujoco import Coupling, Mount
 from fingerdesign.robots.pad import Pad
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.model import grip_problem
 from fingerdesign_bench.check import Check, Table
 

@@ -213,7 +213,7 @@ def _ours(
 ) -> tuple[Array, dict[str, Array]]:
     """Seconds (2, k) of the ``chosen`` increments, from zero forces and along the path; their
     offsets, last forces and answers (k, m, dim)."""
-    from fingerdesign.analysis.stages import one_thread
+    from fingerdesign.runtime.threads import one_thread
 
     state, workspace = ContactState.untouched(problem), Workspace()
     seconds, rows = [], []
@@ -285,10 +285,11 @@ def _full(fidelity: str, repeats: int, more: Mapping[str, object] | None = None)
     """
     from fingerdesign.analysis.case import Case, fundamental_scene
     from fingerdesign.analysis.path import object_at_touch
-    from fingerdesign.analysis.stages import make_mesh, one_thread, zone_of
+    from fingerdesign.analysis.stages import make_mesh, zone_of
     from fingerdesign.contact.path import follow
     from fingerdesign.fem.model import build_model
     from fingerdesign.fem.readout import gage_rows
+    from fingerdesign.runtime.threads import one_thread
 
     scene = fundamental_scene()
     values = {"mesh.element": "P2", **MESHES[fidelity], **(more or {})}

@@ -103,8 +103,8 @@ def measured(method: Method, size_mm: float, repeat: bool = True) -> Run:
 
 def run_once(method: Method, size_mm: float) -> Run:
     """Design to last increment, no cache. Raises FingerDesignError where a stage fails."""
-    from fingerdesign.analysis.stages import one_thread
     from fingerdesign.fem.model import build_model
+    from fingerdesign.runtime.threads import one_thread
 
     design = sized(method, size_mm)
     zone = candidate_zone(design, SceneObject(), ROWS[-1][0]).half_width

@@ -55,12 +55,13 @@ def timed_path(case: dict[str, Any]) -> dict[str, Any]:
 
 
 def _one_path(fidelity: str, design: Design, scene: Any) -> dict[str, Any]:
-    from fingerdesign.analysis.stages import make_mesh, one_thread
+    from fingerdesign.analysis.stages import make_mesh
     from fingerdesign.contact.path import follow
     from fingerdesign.contact.problem import Motion, contact_problem
     from fingerdesign.fem.model import build_model
     from fingerdesign.layout.bodies import crest_height
     from fingerdesign.layout.zone import candidate_zone, greatest_approach
+    from fingerdesign.runtime.threads import one_thread
     from fingerdesign.shapes.objects import Plane
 
     start = time.perf_counter()
@@ -128,12 +129,12 @@ def one_grip(
     design: Design, problem: Any, share: float, plant: Plant | None = None
 ) -> tuple[int, float]:
     """Moves and seconds of one lift (of ``plant``) with steps of ``share`` of the design's."""
-    from fingerdesign.analysis.stages import one_thread
     from fingerdesign.checks.load import with_values
     from fingerdesign.control.calibration import Bounds, calibrate
     from fingerdesign.control.controllers.flow_chart import PaperController
     from fingerdesign.control.episode import run_episode
     from fingerdesign.control.plants.plant import CondensedPlant
+    from fingerdesign.runtime.threads import one_thread
 
     values = {
         f"grip.{key}": share * getattr(design.grip, key)

@@ -27,6 +27,15 @@ class Choice:
     notes: list[str]
     summary: LadderSummary | None = None
 
+    def after(self, notes: list[str]) -> "Choice":
+        """The same, after other notes."""
+        return replace(self, notes=[*notes, *self.notes])
+
+    def at_finite_strain(self, note: str) -> "Choice":
+        """The same model, for a path at finite strain; the note says why."""
+        finite = replace(self.case, fidelity="finite")
+        return replace(self, case=finite, notes=[*self.notes, note])
+
 
 def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, report: Report) -> Choice:
     """Climb the ladder for a case of fidelity "auto"; all that it tries is on ``clock``.

@@ -14,7 +14,7 @@ from typing import Literal
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
 from fingerdesign.analysis.path import follow_path, problem_at_touch
-from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
@@ -27,6 +27,7 @@ from fingerdesign.mesh.make import mesher_name
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.runtime.threads import one_thread
 
 Dimension = Literal["plane strain", "3-D"]
 Plates = Literal["solid", "sheet", "none"]

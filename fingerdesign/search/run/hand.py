@@ -13,11 +13,12 @@ from typing import Self
 from fingerdesign.analysis.analysis import Analysis, analysis_of
 from fingerdesign.analysis.case import Case, Clock, result_digest
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.stages import one_thread, rig_of, run_grips
+from fingerdesign.analysis.stages import rig_of, run_grips
 from fingerdesign.analysis.work import Followed, Lifted, Work
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.pipeline import follow, make_model
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.train.ready import with_estimator
 from fingerdesign.trials.tuning import ranges_of
 

@@ -11,7 +11,6 @@ import numpy as np
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.shortfall import area_correlation, shortfalls, total
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.verdicts import best_area_share, verdict_view
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
@@ -21,6 +20,7 @@ from fingerdesign.records.arrays import OPEN, SLIP, ContactHistory
 from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
 from fingerdesign.records.result import GripResult, IncrementResult, Result
 from fingerdesign.report.style import evenly_spaced
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.search.study.file import Cost
 from fingerdesign.sensing.train.stick_error import SensorErrors, stick_error
 

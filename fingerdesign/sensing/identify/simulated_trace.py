@@ -46,7 +46,7 @@ def simulated_trace(
     design: Design, seed: int, fidelity: str = "plane-strain", hold_s: float = _HOLD_S
 ) -> SimulatedTrace:
     """Draw a finger and record it. Raises SolverError where its model has no answer."""
-    from fingerdesign.analysis.stages import one_thread
+    from fingerdesign.runtime.threads import one_thread
     from fingerdesign.sensing.model import grip_problem
 
     rng = stream(seed, "simulated trace")

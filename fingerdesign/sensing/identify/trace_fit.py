@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import least_squares
 
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.identify.trace_model import Terms, TraceModel, Unknown, noise_of
 from fingerdesign.sensing.identify.trace_path import TracePath
 from fingerdesign.sensing.model import grip_problem

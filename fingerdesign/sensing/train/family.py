@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.turning import turning
@@ -26,6 +25,7 @@ from fingerdesign.runtime.cache import GARBLED, Cache, code_digest, packed, unpa
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.streams import seed_for
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.model import bench_problem
 from fingerdesign.sensing.perturb.faults import OF_OBJECTS
 from fingerdesign.sensing.perturb.finger import PerturbedFinger, facing, perturb, training_faults

@@ -2,9 +2,9 @@
 
 from time import perf_counter
 
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.runtime.streams import stream
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.train.paths import Settings, random_grip_path
 
 _TRIED = 4  # grips that are timed

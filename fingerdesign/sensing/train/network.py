@@ -22,9 +22,9 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.analysis.stages import one_thread
 from fingerdesign.arrays import Array
 from fingerdesign.control.estimator import Band, Layer, outputs_of, standardised
+from fingerdesign.runtime.threads import one_thread
 
 Schedule = Sequence[tuple[float, int]]  # learning rates and epochs, each from the last one's end
 
