@@ -144,7 +144,7 @@ def calls_of(monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def window(tmp_path_factory):
+def one_browser(tmp_path_factory):
     """One Chromium for all pages: its start, and its first WebGL, take seconds."""
     from tests.support.browser import Browser
 
@@ -153,6 +153,13 @@ def window(tmp_path_factory):
     blank.write_text("<title>blank</title>", encoding="utf-8")
     with Browser(blank, folder) as browser:
         yield browser
+
+
+@pytest.fixture(scope="module")
+def window(one_browser):
+    """Its window. A page that draws in space takes an eighth of a core as long as it is open."""
+    yield one_browser
+    one_browser.goto(one_browser.work / "blank.html")
 
 
 @contextlib.contextmanager
