@@ -153,20 +153,20 @@ class Condensation:
     def fields(self, rows: IntArray) -> Array:
         """K^-1 R^T of a unit force on each of some rows (k,): half of a solve each.
 
-        One field a row (k, more than n), with zeros behind its n values.
+        One field a column (n + 1, k), unknown by unknown in memory; the last row is zero.
         """
-        found = np.zeros((len(rows), self._bordered.shape[0]))
-        loads = np.zeros_like(found[:_BLOCK])  # PARDISO leaves them as they are
+        found = np.zeros((self._size + 1, len(rows)))
+        loads = np.zeros((min(_BLOCK, len(rows)), self._bordered.shape[0]))
+        answers = np.zeros_like(loads)
         for start in range(0, len(rows), _BLOCK):
             some = slice(start, start + _BLOCK)
             border = np.equal.outer(rows[some], self._some).astype(float)
             if self._superlu is not None:
-                found[some, : self._size] = self.solve(self._rows.T @ border.T).T
+                found[:-1, some] = self.solve(self._rows.T @ border.T)
                 continue
-            loads = loads[: len(border)]
+            loads = loads[: len(border)]  # PARDISO leaves them as they are.
             loads[:, self._size :] = -border
-            self._phase(333, loads, found[some])
-        found[:, self._size :] = 0.0
+            found[:-1, some] = self._phase(333, loads, answers[: len(border)])[:, : self._size].T
         return found
 
     def _swept(self, loads: Array, border: Array) -> Array:

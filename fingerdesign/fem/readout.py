@@ -76,9 +76,11 @@ def _interpolated(mesh: Mesh, nodes: IntArray, value: Array) -> sp.csr_matrix:
     return sp.csr_matrix((entries[0], (entries[1], columns.ravel())), shape=shape)
 
 
-def plate_displacements(mesh: Mesh, frame: PlateFrame, points: Array, v: float) -> sp.csr_matrix:
-    """Rows (p dim, n dim): displacements at points (p, dim) on a plate's face at ``v`` (mm along
-    its normal); in a half model those at z < 0 mirror those at z > 0."""
+def plate_displacements(
+    mesh: Mesh, frame: PlateFrame, points: Array, v: float | Array
+) -> sp.csr_matrix:
+    """Rows (p dim, n dim): displacements at points (p, dim) on a plate's faces at ``v`` (mm along
+    its normal; one, or (p,)); in a half model those at z < 0 mirror those at z > 0."""
     turn = np.ones_like(points)
     if mesh.symmetric:
         turn[points[:, 2] < 0.0, 2] = -1.0
@@ -87,9 +89,10 @@ def plate_displacements(mesh: Mesh, frame: PlateFrame, points: Array, v: float) 
     else:
         sheet = sheet_of(mesh, frame)
         facet, reference = _holding(sheet, places_on(frame, points * turn))
-        face = sheet.nodes if v > 0.0 else sheet.nodes_below
+        upper = np.broadcast_to(v, len(points))[:, None] > 0.0
+        nodes = np.where(upper, sheet.nodes[facet], sheet.nodes_below[facet])
         value = tabulate(sheet.kind, reference.T).value.T
-        rows = _interpolated(mesh, sheet.own[face[facet]], value)
+        rows = _interpolated(mesh, sheet.own[nodes], value)
     return sp.csr_matrix(sp.diags_array(turn.ravel()) @ rows)
 
 
@@ -179,10 +182,11 @@ def gage_rows(
     """
     rows = []
     for frame in frames:
-        for v in (0.5 * frame.thickness, -0.5 * frame.thickness):
-            points, vectors = _gage_places(mesh, frame, gages, v, weights)
-            moved = plate_displacements(mesh, frame, points, v)
-            rows.append(sp.csr_matrix(vectors.reshape(1, -1)) @ moved)
+        faces = np.array([0.5, -0.5]) * frame.thickness
+        places = [_gage_places(mesh, frame, gages, v, weights) for v in faces]
+        points, vectors = (np.concatenate(each) for each in zip(*places, strict=True))
+        moved = plate_displacements(mesh, frame, points, np.repeat(faces, len(points) // 2))
+        rows.append(sp.block_diag(list(vectors.reshape(2, 1, -1)), format="csr") @ moved)
     found = sp.vstack([sp.csr_matrix((0, mesh.points.size)), *rows], format="csr")
     pairs = pairing(frames, gages)
     return found if pairs is None else sp.csr_matrix(pairs @ found)

@@ -7,6 +7,7 @@ One analysis, one field of each contact dof and gage, and no solve per parameter
 """
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from scipy.linalg import svd
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import MICRO, Readings, readings_of
 from fingerdesign.analysis.path import follow_path, problem_at_touch
-from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, zone_of
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.checks.load import load_design
 from fingerdesign.contact.increment import Increment
@@ -30,6 +31,7 @@ from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.moved import plate_weights
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensitivity.areas import OwnRates, area_rates, border_pairs
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.model import ResponseFields, response_fields
@@ -128,10 +130,12 @@ def derivatives(
     if not len(nodes):
         bound = "motions that touch the finger"
         raise DesignError([Fault("path", "no contact", bound, "approach farther")])
-    changes = changes_of(design, model, parameters)
     ends = np.cumsum([len(step.row) for step in steps]) - 1
     needed = needed_dofs(problem, increments, nodes)
-    fields = response_fields(model.condensed, nodes, needed)
+    with ThreadPoolExecutor(1) as thread:  # PARDISO needs no Python
+        solved = thread.submit(response_fields, model.condensed, nodes, needed)
+        changes = changes_of(design, model, parameters)
+    fields = solved.result()
     found = IncrementRates(problem, fields, changes, increments, steps if stick else ())
     total, gages = found.at(ends)
     return Sensitivity(

@@ -43,20 +43,20 @@ def products(
     """w^T (dK/dp) u, N mm, of all fields and of k of their sums: (changes, r, k); and of j pairs of
     sums: (changes, j).
 
-    fields (r, more than d): the system's unknowns, then zeros. Shares of the first f fields in the
-    sums: loads (f, k), and of both sides of the pairs (f, j).
+    fields (d + 1, r): the system's unknowns, then zeros. Shares of the first f fields in the sums:
+    loads (f, k), and of both sides of the pairs (f, j).
     """
     first, count = loads.shape
-    found = np.zeros((len(changes), len(fields), count))
+    found = np.zeros((len(changes), fields.shape[1], count))
     between = np.zeros((len(changes), pairs[0].shape[1]))
     alike = np.array_equal(*pairs)
 
     def of(part: "_Part") -> tuple[IntArray, Array, Array]:
         used, local = _numbered(part.unknowns)
-        own = fields.take(used, axis=1, mode="clip")  # a quarter of the time of "raise"
+        own = fields.take(used, axis=0, mode="clip")  # a quarter of the time of "raise"
 
         def summed(shares: Array) -> Array:
-            return part.without_translation((own[:first].T @ shares)[local])
+            return part.without_translation((own[:, :first] @ shares)[local])
 
         def by(matrix: Array, values: Array) -> Array:
             return (matrix @ values.reshape(*local.shape[:2], -1)).reshape(local.size, -1)
@@ -71,8 +71,9 @@ def products(
             if here.size:
                 each = here.reshape(local.size, -1), by(matrix, there)
                 paired[number] = np.einsum("lj,lj->j", *each)
-        product = own @ force.reshape(len(used), -1)
-        return part.numbers, product.reshape(len(fields), *force.shape[1:]).swapaxes(0, 1), paired
+        product = own.T @ force.reshape(len(used), -1)
+        product = product.reshape(fields.shape[1], *force.shape[1:]).swapaxes(0, 1)
+        return part.numbers, product, paired
 
     for numbers, own, paired in in_threads(of, _parts(body, system, changes, max(count, 1))):
         found[numbers] += own
@@ -239,7 +240,7 @@ class _Part:
         size, (count, points, dim, nodes) = self.solid, self.slopes.shape
         flow = self.slopes.reshape(count, -1, nodes) @ velocity
         flow = flow.reshape(count, points, dim, dim)  # of the component k along the axis i: (i, k)
-        growth = np.einsum("cqii->cq", flow)
+        growth = np.trace(flow, axis1=2, axis2=3)
         turned, grown = -flow @ self.slopes, growth[:, :, None, None] * self.slopes
         self._add(found, turned + 0.5 * grown, np.where(self.mixed, 0.0, self.first), self.shear)
         if not len(self.hats):

@@ -25,7 +25,7 @@ class ResponseFields:
     """Fields s of unit loads on r rows Q: contact dofs of ``nodes``, then the gages of a body.
 
     rows (r,): their numbers among all rows of the model; values (r, r) Y; own (s,): the places of
-    the rows that have a field, rising; fields (s, more than d): the system's unknowns, then zeros.
+    the rows that have a field, rising; fields (d + 1, s): the system's unknowns, then zeros.
     """
 
     body: Body
@@ -81,7 +81,7 @@ class ResponseFields:
         """Values (s, a) of rows (a, n dim) of nodal displacements, in each field."""
         held = sp.csr_matrix(rows @ self.system.lift)
         used = np.unique(held.indices)
-        return np.asarray((held[:, used] @ self.fields.take(used, axis=1, mode="clip").T).T)
+        return np.asarray((held[:, used] @ self.fields.take(used, axis=0, mode="clip")).T)
 
     def _trace_of(self, change: Change) -> sp.csr_matrix | None:
         """The contact rows of dQ of one parameter."""

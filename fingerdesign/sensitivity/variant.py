@@ -9,6 +9,7 @@ Rates of closed forms are five-point differences, good to some 1e-11: nothing is
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any, NamedTuple
 
 from fingerdesign.design.base import Table
@@ -119,6 +120,7 @@ def _placement(here: Variant, name: str, one: str | None, axis: int) -> Paramete
         bound = f"one of {len(frames)} plates, numbered from 0"
         raise DesignError([Fault("parameters", shown(name), bound, "name a plate that is there")])
 
+    @cache
     def at(change: float) -> Variant:
         own = [k == int(one) if one is not None else True for k in range(len(frames))]
         names = ("place", "y", "angle_deg")
@@ -136,6 +138,7 @@ def _placement(here: Variant, name: str, one: str | None, axis: int) -> Paramete
 def _of_object(design: Design, scene: Scene, name: str, key: str, value: float) -> Parameter:
     frames = plate_frames(design)
 
+    @cache
     def at(change: float) -> Variant:
         rigid: Table = scene.object.model_copy(update={key: value + change})
         return Variant(design, scene.model_copy(update={"object": rigid}), frames)
@@ -147,6 +150,7 @@ def _of_object(design: Design, scene: Scene, name: str, key: str, value: float) 
 def _of_design(design: Design, scene: Scene, name: str, value: float) -> Parameter:
     full = name == "body.depth_mm" and design.plates.span_mm == design.body.depth_mm
 
+    @cache
     def at(change: float) -> Variant:
         varied = _with(design, name, value + change)
         if full:  # plates that reach from end to end do so in a deeper finger

@@ -88,8 +88,7 @@ def test_products_are_differences_of_the_stiffness(kind, uneven):
     ]
     moved = chance.standard_normal((mesh.points.size, 3)) * ~body.fixed[:, None]
     pressure = chance.standard_normal((system.pressures, 3))
-    free = _unknowns(system, moved, pressure).T
-    fields = np.hstack([free, np.zeros((3, 2))])
+    fields = np.vstack([_unknowns(system, moved, pressure), np.zeros(3)])
     loads, pairs = chance.standard_normal((2, 1)), chance.standard_normal((2, 2, 4))
     found, between = products(body, system, changes, fields, loads, tuple(pairs))
     none = np.zeros((2, 0))

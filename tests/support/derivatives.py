@@ -207,19 +207,23 @@ def errors_of(finger, names=None, step=2e-3, chance=None):
 
 
 def cost_of(name, contact_mm=None):
-    """Print seconds of a processor and memory of an analysis in 3-D (swept), and of derivatives of
-    its rows with 50 parameters."""
+    """Print seconds, those of processors, and memory of an analysis in 3-D (swept), and of
+    derivatives of its rows with 50 parameters."""
     design = with_values(load_design(name), {"mesh.mesher": "sweep"})
     if contact_mm:
         design = meshed_for_grips(design, "3d", contact_mm)
     scene = fundamental_scene(design)
     case = Case(design, scene, "3d", grips=False, fields=False)
-    zone, clock, seconds = zone_of(case, scene), time.process_time, []
+    zone, seconds = zone_of(case, scene), []
+
+    def clock():
+        return np.array([time.perf_counter(), time.process_time()])
 
     def lap(words, start):
         most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-        seconds.append(clock() - start)
-        print(f"{words}: {seconds[-1]:.1f} s, {most:.2f} GB at most", flush=True)
+        waited, worked = clock() - start
+        seconds.append([waited, worked])
+        print(f"{words}: {waited:.1f} s ({worked:.1f} of processors), {most:.2f} GB at most")
 
     start = clock()
     mesh = make_mesh(design, "3d", zone, case.symmetric)
@@ -234,7 +238,7 @@ def cost_of(name, contact_mm=None):
     start = clock()
     found = derivatives(design, scene, model, problem, steps, wanted)
     lap(f"{len(wanted)} parameters, {found.readings.rows} rows", start)
-    print(f"ratio {seconds[1] / seconds[0]:.2f}")
+    print("ratio {:.2f} ({:.2f} of processors)".format(*np.divide(seconds[1], seconds[0])))
 
 
 def main():
