@@ -134,7 +134,7 @@ def _control(data: _Data, _: Path) -> Look:
     what = f"controllers on {data['design']} ({model}), {data['grips']} grips"
     if (data.get("conditions") or {}).get("perturbed"):
         what += ", on perturbed fingers"
-    headings = ("controller", "success %", "dropped", "crushed", "unlifted", "margin")
+    headings = ("controller", "success %", "dropped", "crushed", "not lifted", "margin")
     return Look(what, good, [*bad, *data["warnings"]], (), headings, rows)
 
 
@@ -190,7 +190,8 @@ def _calibration(data: _Data, _: Path) -> Look:
     fit, latents = data["fit"], data["latents"]
     known = sum(each["determined"] for each in latents)
     before, after = fit["before_microstrain"], fit["after_microstrain"]
-    good = [f"readings off the model by {before:.3g} microstrain, fitted by {after:.3g} (RMS)"]
+    off = f"{before:.3g} microstrain from the design, {after:.3g} when fitted (RMS)"
+    good = [f"readings off by {off}"]
     bad = list(data["warnings"])
     if data["dead_gages"]:
         bad.append(f"dead gages: {', '.join(map(str, data['dead_gages']))}")
@@ -284,9 +285,10 @@ def _identification(data: _Data, _: Path) -> Look:
     wide = [v["name"] for v in data["values"] if not v.get("determined", v.get("told"))]
     bad = [f"{name} is not determined well enough" for name in wide]
     motion = data["next_motion"]
-    facts = [] if motion is None else [f"next: {motion['words']}"]
+    facts = [f"warning: {warning}" for warning in data["warnings"]]
+    facts += [] if motion is None else [f"next: {motion['words']}"]
     what = f"values of {data['design']} from {data['trace']}"
-    return Look(what, (), [*bad, *data["warnings"]], facts, ("value", "found"), rows)
+    return Look(what, (), bad, facts, ("value", "found"), rows)
 
 
 def kind_of(place: Path) -> Kind | None:

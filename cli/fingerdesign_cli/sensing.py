@@ -359,7 +359,8 @@ def _show_fit(found: CalibratedFinger, folder: Path) -> None:
     headings = ["off the design", "most", "± before", "± after", "determined"]
     print_table(f"{data.design}: values from its bench ({data.fidelity})", headings, rows)
     before, after = data.fit.before_microstrain, data.fit.after_microstrain
-    click.echo(f"readings off the model by {before:.3g} microstrain, fitted by {after:.3g} (RMS)")
+    words = f"{before:.3g} microstrain from the design, {after:.3g} when fitted (RMS)"
+    click.echo(f"readings off by {words}")
     for warning in data.warnings:
         say(f"warning: {warning}")
     written = f"{folder / FITTED_FILE} is this finger"

@@ -253,8 +253,8 @@ def _show(found: ControlStudy, folder: Path) -> None:
     print_table(
         f"{data['design']} at {noise:g} microstrain: {rows[0][1].grips} grips each; "
         "success and held in %",
-        ["controller", "success", "95 %", "held", "dropped", "crushed", "unlifted"],
-        [_shares(name, own, _never_lifted(found, name)) for name, own in rows],
+        ["controller", "success", "95 %", "held", "dropped", "crushed", "not lifted"],
+        [_shares(name, own) for name, own in rows],
     )
     if data["conditions"]["perturbed"] is not None:
         _show_faults(found)
@@ -295,14 +295,7 @@ def _show_faults(found: ControlStudy) -> None:
     print_table(title, ["fault", *(each["controller"] for each in every)], rows)
 
 
-def _never_lifted(found: ControlStudy, name: str) -> int:
-    """Count a row's grips that neither lifted nor dropped their object."""
-    cells = [each for each in found.trials if each.cell.controller == name and not each.cell.tug]
-    level = [each.result for each in cells if each.cell.noise == found.trace_noise]
-    return sum(not each.lifted and not each.gross_slip for each in level)
-
-
-def _shares(name: str, own: Summary, unlifted: int) -> list[str]:
+def _shares(name: str, own: Summary) -> list[str]:
     low, high = own.success.low or 0.0, own.success.high or 1.0
     return [
         name,
@@ -310,5 +303,5 @@ def _shares(name: str, own: Summary, unlifted: int) -> list[str]:
         f"{100 * low:.1f}–{100 * high:.1f}",
         number(own.held.rate, 1, 100.0, NONE),
         f"{own.dropped}" + (f", {own.caught} caught" if own.caught else ""),
-        *(str(count) for count in (own.crushed, unlifted)),
+        *(str(count) for count in (own.crushed, own.not_lifted)),
     ]

@@ -47,7 +47,10 @@ _WRONG = (
 def view(target: Path, out: Path, cad: bool) -> None:
     """Draw a design, or show the result in a folder, or each result in the folders inside it."""
     if target.is_dir() or _known(target):
-        _show_results(target, cad)
+        try:
+            _show_results(target, cad)
+        except ResultError as error:
+            raise DesignError([Fault("DIR", target, "a whole result", str(error))]) from error
     elif target.exists() or target.suffix == ".toml" or str(target) in shipped_names("design"):
         _draw(target, out)
     else:

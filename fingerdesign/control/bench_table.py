@@ -143,8 +143,9 @@ def _row_faults(number: int, row: dict[str, str], whole: bool) -> list[Fault]:
         value = row.get(name) or "empty"
         found.append(Fault(f"row {number}, column {name}", value, bound, remedy))
 
-    if not row["trace"] or "\0" in row["trace"]:
-        wrong("trace", "a CSV file next to this table", "name the recorded trace")
+    name = Path(row["trace"])
+    if not row["trace"] or "\0" in row["trace"] or name.is_absolute() or ".." in name.parts:
+        wrong("trace", "a CSV file in the folder of this table", "name the recorded trace")
     if row["phase"] not in KINDS:
         wrong("phase", f"one of {', '.join(KINDS)}", "say what was done")
     bound = f"over 0 and at most {_MOST_FRICTION:g}"

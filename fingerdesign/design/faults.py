@@ -123,9 +123,9 @@ def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: obj
     if len(location) > 1 and top is not None and not tables_in(top.annotation):
         remedy = f"'{name}' belongs at the top of the file, before the first [table]"
         return Fault(key, shown(value), "a known key", remedy)
-    if len(location) > 1 and top is not None and isinstance(value, dict) and len(value) == 1:
-        inner = next(iter(value))
-        remedy = f"dotted keys go before the first [table]; put `{inner}` under [{name}]"
+    if len(location) > 1 and top is not None and isinstance(value, dict) and value:
+        inner = ", ".join(f"`{key}`" for key in value)
+        remedy = f"dotted keys go before the first [table]; put {inner} under [{name}]"
         return Fault(key, shown(value), "a known key", remedy)
     nearest = _nearest_key(model, location, name)
     remedy = f"did you mean {nearest}?" if nearest else "remove it"

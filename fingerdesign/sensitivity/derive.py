@@ -16,6 +16,7 @@ from scipy.linalg import svd
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import MICRO, Readings, readings_of
+from fingerdesign.analysis.forecast.forecast import impossible
 from fingerdesign.analysis.path import follow_path, problem_at_touch
 from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, zone_of
 from fingerdesign.arrays import Array, IntArray
@@ -38,7 +39,9 @@ from fingerdesign.sensitivity.model import ResponseFields, response_fields
 from fingerdesign.sensitivity.parts import change_of, rows_of_plates
 from fingerdesign.sensitivity.path import near_nodes, needed_dofs, path_rates
 from fingerdesign.sensitivity.variant import Parameter, parameters_of
+from fingerdesign.sensitivity.velocity import immovable_faults
 
+_GIVEN_FORCE = Fault("path.control", "'force'", "motion", "give the motions that forces lead to")
 _RANK = 1e-13  # Of the largest singular value: smaller parts of the forces are rounding.
 
 
@@ -85,18 +88,11 @@ def sensitivity(
     (variant.py). Without a scene: the fundamental case. Raises DesignError for a wrong input or a
     parameter whose derivative is not known, SolverError where a row has no answer.
     """
-    if fidelity not in ("plane-strain", "3d"):
-        bound, remedy = "plane-strain or 3d", "derivatives are of one model at small strain"
-        raise DesignError([Fault("fidelity", f"'{fidelity}'", bound, remedy)])
     design = design if isinstance(design, Design) else load_design(design)
     scene = scene if isinstance(scene, Scene | None) else load_scene(scene)
     case = Case(design, scene, fidelity, grips=False, fields=False)
     own = case.path_scene if scene is None else scene
-    if not own.object.law.is_coulomb:
-        law, bound = own.object.friction_law, "'coulomb': derivatives know no other law"
-        remedy = "set object.friction_law = 'coulomb'"
-        raise DesignError([Fault("object.friction_law", f"'{law}'", bound, remedy)])
-    wanted = parameters_of(design, own, tuple(parameters))
+    wanted = _known_parameters(case, own, parameters)
 
     def work(zone: Zone) -> Sensitivity:
         mesh = make_mesh(design, fidelity, zone, case.symmetric)
@@ -107,6 +103,33 @@ def sensitivity(
         return derivatives(design, own, model, problem, steps, wanted)
 
     return in_wide_zone(design, zone_of(case, own), work)
+
+
+def _known_parameters(case: Case, scene: Scene, names: Sequence[str]) -> list[Parameter]:
+    """The parameters, by name. DesignError with every fault of case, scene and names."""
+    faults, wanted = list[Fault](), list[Parameter]()
+    if case.fidelity in ("plane-strain", "3d"):
+        faults += impossible(case, scene)
+    else:
+        bound, remedy = "plane-strain or 3d", "derivatives are of one model at small strain"
+        faults.append(Fault("fidelity", f"'{case.fidelity}'", bound, remedy))
+    if not scene.object.law.is_coulomb:
+        law, bound = scene.object.friction_law, "'coulomb': derivatives know no other law"
+        remedy = "set object.friction_law = 'coulomb'"
+        faults.append(Fault("object.friction_law", f"'{law}'", bound, remedy))
+    if scene.path.control == "force":
+        faults.append(_GIVEN_FORCE)
+    if not names:
+        faults.append(Fault("parameters", "none", "one or more", "name what varies"))
+    try:
+        wanted = parameters_of(case.design, scene, tuple(map(str, names)))
+    except DesignError as error:
+        faults += error.faults
+    for each in wanted:
+        faults += immovable_faults(each, 2 if case.fidelity == "plane-strain" else 3)
+    if faults:
+        raise DesignError(faults)
+    return wanted
 
 
 def derivatives(
@@ -123,8 +146,7 @@ def derivatives(
     stick: with those of the stick ratio; else NaN.
     """
     if scene.path.control == "force":
-        bound, remedy = "motion", "give the motions that the forces lead to"
-        raise DesignError([Fault("path.control", "'force'", bound, remedy)])
+        raise DesignError([_GIVEN_FORCE])
     increments = [increment for step in steps for increment in step.row]
     nodes = near_nodes(problem, increments)
     if not len(nodes):

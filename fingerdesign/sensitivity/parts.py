@@ -116,7 +116,7 @@ def _gage_rates(
     design, _, frames = parameter.at(0.0)
     if not frames:
         return None
-    if is_rigid(parameter, mesh):
+    if is_rigid(parameter, mesh.dimension):
         turning = _turning(parameter, mesh)
         if turning is None:
             return None

@@ -97,7 +97,7 @@ def parameters_of(
 def _parameter(
     design: Design, scene: Scene, frames: tuple[PlateFrame, ...], name: str
 ) -> Parameter:
-    place = re.fullmatch(r"placement(?:\[(\d+)\])?\.(\w+)", name)
+    place = re.fullmatch(r"placement(?:\[(\d{1,6})\])?\.(\w+)", name)
     if place is not None and place[2] in PLACES:
         here = Variant(design, scene, frames)
         return _placement(here, name, place[1], PLACES.index(place[2]))

@@ -25,14 +25,25 @@ from fingerdesign.sensitivity.variant import Parameter, Variant
 _STILL = 1e-9  # mm (or degrees) per unit: a slower motion is rounding of the differences
 
 
-def check_movable(parameter: Parameter, mesh: Mesh) -> None:
-    """Refuse a dimension that no velocity is known for, with what to do instead."""
-    for wrong, bound, remedy in _immovable(parameter, mesh):
-        if wrong:
-            raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])
+def immovable_faults(parameter: Parameter, dimension: int) -> list[Fault]:
+    """Why no velocity is known for a parameter, in a mesh of 2 or 3 dimensions: what is needed, and
+    what to do instead. None where nothing moves."""
+    if parameter.kind == "materials" or not _moves(parameter):
+        return []
+    return [
+        Fault("parameters", f"'{parameter.name}'", bound, remedy)
+        for wrong, bound, remedy in _immovable(parameter, dimension)
+        if wrong
+    ]
 
 
-def is_rigid(parameter: Parameter, mesh: Mesh) -> bool:
+def _moves(parameter: Parameter) -> bool:
+    """True where body or plates change."""
+    rates = parameter.rate(lambda t: _places(parameter.at(t)))
+    return parameter.kind == "body" or bool(np.abs(rates).max(initial=0.0) >= _STILL)
+
+
+def is_rigid(parameter: Parameter, dimension: int) -> bool:
     """True where plates and gages keep their sizes: they move as rigid bodies."""
     if parameter.kind == "placement":
         return True
@@ -43,18 +54,18 @@ def is_rigid(parameter: Parameter, mesh: Mesh) -> bool:
         gages = varied.design.gages
         return np.array([gages.length_mm, gages.width_mm, gages.z_mm, *np.ravel(numbers)])
 
-    deeper = mesh.dimension == 3 and parameter.name == "body.depth_mm"
+    deeper = dimension == 3 and parameter.name == "body.depth_mm"
     return not deeper and bool(np.abs(parameter.rate(sizes)).max() < _STILL)
 
 
-def _immovable(parameter: Parameter, mesh: Mesh) -> Iterator[tuple[bool, str, str]]:
+def _immovable(parameter: Parameter, dimension: int) -> Iterator[tuple[bool, str, str]]:
     """Cases that no velocity is known for: if it is so, what is needed, what to do instead."""
     design, _, frames = parameter.at(0.0)
     yield design.plates.model != "solid", 'plates.model = "solid"', "model the plates as solids"
     bars = design.gages.leads is not None or design.gages.kind is not None
-    barred = mesh.dimension == 3 and bars
+    barred = dimension == 3 and bars
     needed = "plates without [gages.leads] and gages.kind, which are stiff"
-    yield barred and not is_rigid(parameter, mesh), needed, "leave them out"
+    yield barred and not is_rigid(parameter, dimension), needed, "leave them out"
     remedy = "leave this parameter out"
     if parameter.kind == "placement":
         moves = np.abs(parameter.rate(lambda t: _places(parameter.at(t)))).max(axis=1) > _STILL
@@ -70,7 +81,7 @@ def _immovable(parameter: Parameter, mesh: Mesh) -> Iterator[tuple[bool, str, st
     edged = design.body.edge_radius_mm is not None and width
     needed = "a straight body, of width and radius without an edge"
     yield body and (not kind.straight or edged), needed, remedy
-    if mesh.dimension == 3 and parameter.name != "body.depth_mm":
+    if dimension == 3 and parameter.name != "body.depth_mm":
         ends = parameter.rate(lambda t: np.array([f.span for f in parameter.at(t).frames]))
         needed = "a key that leaves the plates' span in space as it is"
         yield bool(np.abs(ends).max(initial=0.0) > _STILL), needed, "leave it out"
@@ -81,11 +92,12 @@ def node_velocity(parameter: Parameter, mesh: Mesh, weights: Array | None = None
 
     weights: plate_weights, where they are known.
     """
+    if not _moves(parameter):
+        return None
+    if faults := immovable_faults(parameter, mesh.dimension):
+        raise DesignError(faults[:1])
     rates = parameter.rate(lambda t: _places(parameter.at(t)))
     body = parameter.kind == "body"
-    if not body and np.abs(rates).max(initial=0.0) < _STILL:
-        return None
-    check_movable(parameter, mesh)
     velocity = np.zeros_like(mesh.points)
     if body:
         old = parameter.at(0.0).design.body

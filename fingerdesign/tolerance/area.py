@@ -7,12 +7,12 @@ row. The area is made again of readings that the derivatives change.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
-from fingerdesign.arrays import Array
+from fingerdesign.analysis.fidelity.readings import Readings
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.control.signals import length_over
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -23,6 +23,7 @@ from fingerdesign.tolerance.sources import GAINS, UNIFORM, Source
 
 SURE = 0.9  # Of the fingers as made reach the response that is reported.
 _DRAWS = 20_000  # Of the linear model: a quantile of them is good to half a percent of the spread.
+_PULL = 1e-6  # Of the normal force: a smaller change of F_t is rounding.
 _STEP = 0.05  # Of a standard deviation: a difference so small is a derivative.
 
 
@@ -35,7 +36,7 @@ def gage_areas(
     frames = plate_frames(design)
     places = {frame.index: frame.x for frame in frames if frame.along == "x"}
     plates = sorted(set(gage_array(design)) & places.keys(), key=places.__getitem__)
-    shears = _shears(scene)
+    shears = _shears(scene, found.readings)
     if len(plates) < 2 or readings.shape[1] < len(frames) or not shears.any():
         return [None] * len(force), [np.zeros(len(force))] * (len(sources) + 1)
     x = np.array([places[plate] for plate in plates])
@@ -72,13 +73,11 @@ def sure_response(
     A response r = dR / dF_t of a gage changes by (d(dR)/dp - r d(dF_t)/dp) / dF_t.
     """
     readings, force = found.readings.reading, found.readings.tangential_force
-    shears = _shears(scene)
+    shears = _shears(scene, found.readings)
     if not (readings.size and shears.any()):
         return None
     row = int(np.argmax(shears))
     pull = float(_steps(force)[row])
-    if pull == 0.0:
-        return None
     response = _steps(readings)[row] / pull
     more_pull = np.outer(response, _steps(found.tangential_force)[row])
     rates = (_steps(found.reading)[row] - more_pull) / pull
@@ -89,10 +88,17 @@ def sure_response(
     return float(np.abs(response).max()), reached
 
 
-def _shears(scene: Scene) -> Array:
-    """Of each row of a path (k,): whether the approach stays as it was."""
-    approach = [0.0, *(row[0] for row in scene.path.rows)]
-    return np.array([one == other for one, other in pairwise(approach)])
+def _shears(scene: Scene, readings: Readings) -> BoolArray:
+    """Of each row of a path (k,): whether the object moves along x alone, and is held by it."""
+    rows = np.diff([(0.0, 0.0, 0.0, 0.0), *map(_moves, scene.path.rows)], axis=0)
+    alone = (rows[:, 1] != 0.0) & ~rows[:, [0, 2, 3]].any(axis=1)
+    pull = np.abs(_steps(readings.tangential_force))
+    return np.asarray(alone & (pull > _PULL * np.abs(readings.normal_force)))
+
+
+def _moves(row: Sequence[float]) -> tuple[float, ...]:
+    """Approach, shear along x and along z, and twist."""
+    return (*row, *[0.0] * (4 - len(row)))
 
 
 def _steps(values: Array) -> Array:

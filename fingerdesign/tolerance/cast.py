@@ -104,19 +104,19 @@ def drawn(design: Design, sources: Sequence[Source], changes: Array) -> Design:
     )
 
 
-def refuse_draws(case: Case, sources: Sequence[Source]) -> None:
+def refuse_draws(case: Case, sources: Sequence[Source], draws: Draws) -> None:
     """Raise DesignError where fingers as cast cannot be lifted, or the first ones are not sound."""
     remedy = "leave --yield-within out: yield by motion needs no real models"
-    name = case.design.design.name
+    name, value = case.design.design.name, f"{100.0 * draws.within:g}"
     if not case.runs_grips:
         bound = f"given with {LEAST_GAGES} gages in a row or more, which a hand needs"
-        raise DesignError([Fault("--yield-within", "", bound, remedy)], name)
+        raise DesignError([Fault("--yield-within", value, bound, remedy)], name)
     for number in range(_SOUND):
         try:
             drawn(case.design, sources, changes_of_finger(sources, number))
         except DesignError as error:
             bound = f"given where fingers as cast are sound; number {number + 1}: {error.faults[0]}"
-            raise DesignError([Fault("--yield-within", "", bound, remedy)], name) from error
+            raise DesignError([Fault("--yield-within", value, bound, remedy)], name) from error
 
 
 def cast_finger(case: Case, scene: Scene, sources: Sequence[Source], number: int) -> CastFinger:

@@ -14,7 +14,7 @@ _KINK = 1e-3  # Share of the force on kinks that is worth a sentence.
 _MODEL = (
     "By one analysis and its derivatives: spreads are standard deviations of a linear model, any "
     "value within a tolerance being as likely. Where nodes change their status within a tolerance "
-    "it is an approximation."
+    "it is an approximation: kink % is the share of the normal force on such nodes."
 )
 
 
@@ -30,9 +30,13 @@ def view_of(found: ToleranceData) -> VerdictView:
         number = f"{response[0]:.3g} µε/N as designed; 90 % of fingers reach {response[1]:.3g}"
         notes.append(Verdict("note", "response", number))
     notes += [Verdict("note", name, number) for name, number in _yields(found)]
-    for place, source in enumerate(found.sources[:2]):
-        name = "tighten first" if not place else "then"
-        notes.append(Verdict("note", name, _source(source)))
+    first, *others = found.sources
+    stays = [each for each in others if not each.calibrated]
+    notes.append(Verdict("note", "tighten first", _source(first)))
+    if first.calibrated and stays:
+        notes.append(Verdict("note", "calibrated", _source(stays[0])))
+    elif others:
+        notes.append(Verdict("note", "then", _source(others[0])))
     worst = max(row.on_kink for row in found.rows)
     text = f"{100 * worst:.2g} % of the force stands between two statuses: one side's derivatives"
     warnings = (text,) if worst > _KINK else ()
@@ -63,11 +67,13 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
 
 def _yields(found: ToleranceData) -> list[tuple[str, str]]:
     """Yields in words: by motion alone, and of real models where there are any."""
-    made, known = (
-        f"{100 * share:.0f} % (± {two_digits(100 * std)} %)"
-        for share, std in zip(found.yield_by_motion, found.margin_std, strict=True)
-    )
-    yields = [("yield by motion", f"margin 1.1 to 1.5: {made}; calibrated {known}")]
+    made, known = (100 * share for share in found.yield_by_motion)
+    text = f"{made:.0f} % as made, {known:.0f} % calibrated have a margin of 1.1 to 1.5"
+    scatter = [two_digits(100 * std) for std in found.margin_std]
+    yields = [
+        ("yield by motion", text),
+        ("margin", "± {} % as made, ± {} % calibrated".format(*scatter)),
+    ]
     if (cast := found.cast) is not None:
         low, high = (100 * each for each in cast.interval)
         text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of the lifts of {cast.fingers}"
@@ -123,7 +129,7 @@ def tolerance_html(found: ToleranceData) -> str:
 
 def _rows(rows: tuple[RowData, ...]) -> Table:
     columns = (
-        "row",
+        "increment",
         "F_n, N",
         "±",
         "F_t, N",
@@ -167,5 +173,5 @@ def _causes(sources: tuple[SourceData, ...]) -> Table:
 
 
 def _gages(found: ToleranceData) -> Table:
-    cells = [(str(k), f"{value:.3g}") for k, value in enumerate(found.gage_std_microstrain)]
-    return Table("gages", "Each gage: RMS over the rows", ("gage", "± µε"), tuple(cells))
+    cells = [(str(k), f"{value:.3g}") for k, value in enumerate(found.gage_std_microstrain, 1)]
+    return Table("gages", "Each gage: RMS over the increments", ("gage", "± µε"), tuple(cells))

@@ -11,6 +11,8 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
+from fingerdesign.errors import Fault
+from fingerdesign.layout.row_keys import plate_rows
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.placement import row_tolerances, tolerances
 from fingerdesign.mold.plan.plan import MoldPlan
@@ -51,12 +53,22 @@ class Source:
         return max(self.tolerances)
 
 
+def unknown_places(design: Design) -> list[Fault]:
+    """A fault for each row of plates whose places scatter by what is not known."""
+    bound, remedy = "'x': how places of plates along z scatter is not known", "leave the row out"
+    return [
+        Fault(row.key("along"), "z", bound, remedy)
+        for row in plate_rows(design)
+        if row.table.along == "z"
+    ]
+
+
 def sources_of(design: Design, plan: MoldPlan, space: bool = False) -> list[Source]:
     """The sources of scatter of fingers that are cast in a mold; gains of gages are not among them,
     for they are no parameters of the model. space: in 3-D, where leads keep plates' sizes."""
     found = []
     frames, body = plate_frames(design), design.body
-    if frames and all(f.along == "x" for f in frames):
+    if frames:
         off = [tolerances(plan, frame.index) for frame in frames]
         for key, words in zip(
             PLACES, ("plates along x", "plates in height", "plates' angles"), strict=True

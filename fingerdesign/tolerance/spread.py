@@ -13,9 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from fingerdesign.analysis.case import Case, fundamental_scene
+from fingerdesign.analysis.forecast.forecast import impossible
 from fingerdesign.arrays import Array
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
@@ -36,7 +38,7 @@ from fingerdesign.tolerance.record import (
     SourceData,
     ToleranceData,
 )
-from fingerdesign.tolerance.sources import GAINS, UNIFORM, Source, sources_of
+from fingerdesign.tolerance.sources import GAINS, UNIFORM, Source, sources_of, unknown_places
 from fingerdesign.version import versions
 
 FOLDER = RecordFolder("tolerance", RECORD_FILE, (RECORD_FILE, PAGE_FILE))
@@ -56,12 +58,14 @@ def tolerance(
     input (MoldRefused where no mold is found), SolverError where a row has no answer."""
     start = time.perf_counter()
     design = differentiable(design)
-    sources = sources_of(design, plan_mold(design), space=fidelity == "3d")
     case = Case(design, None, fidelity, fields=False, for_page=False, studied=False)
-    if draws is not None:
-        refuse_draws(case, sources)
-    report("analysing")
     own = fundamental_scene(design) if scene is None else scene
+    if faults := impossible(case, own) or unknown_places(design):
+        raise DesignError(faults)
+    sources = sources_of(design, plan_mold(design), space=fidelity == "3d")
+    if draws is not None:
+        refuse_draws(case, sources, draws)
+    report("analysing")
     names = [name for source in sources for name in source.parameters]
     found = sensitivity(design, own, names, fidelity)
     parts = variances(found, sources)

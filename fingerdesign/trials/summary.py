@@ -103,8 +103,9 @@ class Summary:
     """Many grips: shares of all of them, spreads (null: no grip has the value).
 
     fingers: drawn for them, of which success and held have their intervals; 0: the model's own, and
-    the intervals are of grips. held: lifted without complete slip. dropped, crushed, not_lifted,
-    failed say why others did not succeed; a grip may be in more than one. caught: of those dropped,
+    the intervals are of grips. held: lifted without complete slip. dropped, crushed, not_lifted
+    (though nothing slipped), failed say why others did not succeed; one that is crushed may be in
+    another, too. caught: of those dropped,
     where objects have inertia, how many hung on after all. margin_at_lift, peaks, steps: of lifted
     ones; slip_distance_mm: of held ones. reaction_steps: of those tugged that answered.
     unannounced: dropped or crushed by a controller that had not reported to be unsure; null: it
@@ -164,7 +165,9 @@ def summarise(trials: Sequence[Trial], drawn: bool = False) -> Summary:
         dropped=count("gross_slip"),
         caught=count("caught"),
         crushed=count("crushed"),
-        not_lifted=len(every) - len(lifted),
+        not_lifted=sum(
+            not (each.lifted or each.gross_slip or each.outcome == "failed") for each in every
+        ),
         failed=sum(each.outcome == "failed" for each in every),
         margin_at_lift=spread("safety_margin"),
         peak_ratio=spread("peak_ratio", lifted),

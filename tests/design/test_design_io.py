@@ -94,6 +94,8 @@ def test_unknown_key_names_the_nearest(line, key, nearest):
 def test_a_dotted_key_in_a_table_names_its_own_table():
     with pytest.raises(DesignError, match=r"put `material` under \[plates\]"):
         parse_design('design.name = "a"\n[gages]\nface = "upper"\nplates.material = "abs"')
+    with pytest.raises(DesignError, match=r"put `material`, `count` under \[plates\]"):
+        parse_design('design.name = "a"\n[gages]\nplates.material = "abs"\nplates.count = 3')
     with pytest.raises(DesignError, match=r"`plates.` under \[plates\]"):
         parse_design('plates.material = "abs"\n[plates]\ncount = 3')
 

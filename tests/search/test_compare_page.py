@@ -212,6 +212,16 @@ def test_nothing_is_recommended_that_fails_its_purpose(flaw, words):
     assert recommend([cheap], [LEAST_COST], [Bound(metric, at_most=2.0)]).chosen == 0
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_of_one_in_plane_strain_and_one_in_3d_the_latter_is_recommended(turned):
+    plain = {"grip_success": 1.0, "smallest_stick_change": 0.05, "plates": 9.0, "cost": 1.0}
+    flat = outcome("flat", **plain)
+    made = [flat, replace(flat, name="deep", fidelity="3d")]
+    made = made[::-1] if turned else made
+    assert made[recommend(made, [LEAST_COST], []).chosen].name == "deep"
+    assert "no other is compared with it" in summary_of(made, [LEAST_COST]).why
+
+
 def test_a_finger_that_fails_verdicts_is_not_recommended_next_to_one_that_passes():
     cheap = outcome("cheap", cost=1.0, failed_verdicts=2.0)
     sound = outcome("sound", cost=9.0, failed_verdicts=0.0)

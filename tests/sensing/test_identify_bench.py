@@ -346,6 +346,20 @@ def test_a_fit_that_does_not_converge_is_an_error(design, measured):
         fit_latents(Measured(design, phases, curves, Noise(0.5, 0.005)))
 
 
+@pytest.mark.slow
+def test_another_fingers_bench_is_an_error(design, measured, tmp_path):
+    """Forces in kN: so soft is no finger near the design."""
+    for each in measured.glob("*.csv"):
+        text = each.read_text()
+        for name in ("normal_force_N", "tangential_force_N") if each.stem != "phases" else ():
+            text = column(name, lambda force, last: 0.001 * force)(text)
+        (tmp_path / each.name).write_text(text)
+    phases = read_bench(tmp_path, GAGES)
+    curves = bench_curves(phases, np.array([each.x for each in plate_frames(design)]))
+    with pytest.raises(SolverError, match="forces in N"):
+        fit_latents(Measured(design, phases, curves, Noise(0.5, 0.005)))
+
+
 def column(name, change=None):
     """A change of a table's text: of each number of a column, or the loss of the column."""
 
@@ -382,7 +396,9 @@ def column(name, change=None):
         ("phases.csv", lambda t: t.replace("quick.csv", "quik.csv"), "quik.csv"),
         ("phases.csv", lambda t: f"{t.rstrip()}\n{t.split()[-1]}\n", "at most one row"),
         ("phases.csv", lambda t: t.replace("quick.csv", "qui\0ck.csv"), "column trace"),
-        ("phases.csv", lambda t: t.replace("quick.csv", "/dev/zero"), "an ordinary file"),
+        ("phases.csv", lambda t: t.replace("quick.csv", "."), "Is a directory"),
+        ("phases.csv", lambda t: t.replace("quick.csv", "/dev/zero"), "column trace"),
+        ("phases.csv", lambda t: t.replace("quick.csv", "../press.csv"), "column trace"),
         ("phases.csv", lambda t: t.replace(",100", ",1e300"), "must be 1 to 1e+06"),
         ("press.csv", column("dy_mm", lambda dy, last: -dy), "closing positive"),
         (

@@ -154,6 +154,26 @@ def test_what_has_no_known_derivative_is_refused(finger):
         sensitivity(finger.design, scene_of([[0.0, 0.01]]), [RUBBER], "plane-strain")
 
 
+def test_every_fault_is_named_before_any_work(finger):
+    """In one error: what fidelity, scene and parameters have; also of numbers that are no index."""
+    strong = {"friction_law": "capped", "shear_strength_MPa": 0.1}
+    pulled = scene_of(PATH, **strong).model_dump(exclude_unset=True)
+    pulled["path"] = {"control": "force", "increments_N": [[2.0, 0.0]]}
+    names = ["nope.x", f"placement[{'9' * 5000}].y_mm", 3]
+    with pytest.raises(DesignError) as found:
+        sensitivity(finger.design, Scene.model_validate(pulled), names, "2d")
+    keys = [fault.key for fault in found.value.faults]
+    assert keys == ["fidelity", "object.friction_law", "path.control", *["parameters"] * 3]
+    sphere = {"shape": "sphere", "radius_mm": 8.0}
+    with pytest.raises(DesignError, match="one or more") as found:
+        sensitivity(finger.design, scene_of(PATH, **sphere), [], "plane-strain")
+    assert "--fidelity" in [fault.key for fault in found.value.faults]
+    rounded = with_values(finger.design, {"body.edge_radius_mm": 1.0})
+    with pytest.raises(DesignError) as found:
+        sensitivity(rounded, finger.scene, ["body.width_mm", "body.arc_radius_mm"], "plane-strain")
+    assert len(found.value.faults) == 2
+
+
 @pytest.mark.slow
 def test_half_of_a_swept_finger_agrees():
     """In space, on the half z >= 0, whose nodes on the mirror plane do not move along z."""

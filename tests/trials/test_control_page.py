@@ -159,10 +159,11 @@ def test_a_summary_counts_each_reason():
         trial(gross_slip=True, outcome="complete slip"),
         trial(tugged, peak_ratio=4.0, reaction_steps=6),
         trial(lifted=False, safety_margin=None, outcome="failed"),
+        trial(lifted=False, safety_margin=None, outcome="stage travel"),
         trial(tugged),
     ]
     reported = summarise(every)
-    assert (reported.grips, reported.success.count, reported.held.count) == (6, 3, 4)
+    assert (reported.grips, reported.success.count, reported.held.count) == (7, 3, 4)
     others = reported.dropped, reported.crushed, reported.not_lifted, reported.failed
     assert others == (1, 1, 1, 1)
     assert (reported.margin_at_lift.count, reported.margin_at_lift.most) == (5, 1.5)

@@ -344,12 +344,13 @@ def dominated(values: Array, unsure: Array | None = None) -> BoolArray:
 def _group(
     outcomes: Sequence[Outcome], feasible: Sequence[int]
 ) -> tuple[tuple[str, str], tuple[int, ...]]:
-    """Scene and fidelity to compare in, of 3-D where it has a choice, else the most frequent; and
-    what is compared: those of it that pass all verdicts, where any does."""
+    """Scene and fidelity to compare in, of 3-D where it has a choice, else the most frequent, of
+    equally frequent ones 3-D; and what is compared: those of it that pass all verdicts, where any
+    does."""
     count = Counter((outcomes[number].scene, outcomes[number].fidelity) for number in feasible)
     deep = {key: many for key, many in count.items() if key[1] == "3d" and many >= LEAST_DEEP}
     among = deep or count
-    kind = max(among, key=lambda key: among[key])
+    kind = max(among, key=lambda key: (among[key], key[1] == "3d"))
     group = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
     return kind, tuple(k for k in group if passes(outcomes[k])) or group
 

@@ -83,6 +83,7 @@ _EXACT = ("gain", "touch", "modulus")  # Latents whose slopes need curves alone.
 # Those that need no other finger; so many steps settle them, the second for the touch.
 _FREE, _SETTLING = ("gain", "touch"), 2
 _EQUATIONS = 400_000  # Of the rough and the coarse mesh together, at most.
+_ANOTHER = 10.0  # Times noise and mesh: so much is left where the finger or a unit is another.
 _SMALL = 0.25  # The mesh changes a small shear's readings by this fraction of a press's.
 
 
@@ -398,8 +399,8 @@ def _about_lean(curves: Callable[[float], BenchCurves], data: _Data, report: Rep
 def fit_latents(measured: Measured, report: Report = lambda message: None) -> LatentFit:
     """Fit the finger that was measured.
 
-    Raises SolverError where the design's own model has no answer in the phases' moves, and where
-    the fit does not converge.
+    Raises SolverError where the design's own model has no answer in the phases' moves, where the
+    fit does not converge, and where no finger near the design has these curves.
     """
     design, phases = measured.design, measured.phases
     gages = measured.curves.calibration.normal.readings.shape[1]
@@ -434,7 +435,21 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
             "% less misfit, but none brings it. Is each gage wired as its number says, and is the "
             "design near to the finger?"
         )
-    return _fitted(problem, x, dead, alive, model.curves())
+    fit = _fitted(problem, x, dead, alive, model.curves())
+    if fit.misfit > _ANOTHER**2 and _at_limit(latents, x, bounds):
+        raise SolverError(
+            "no finger near the design explains the bench: a modulus ends at its limit, and "
+            f"{fit.misfit**0.5:.0f} times what noise and mesh explain is left. Are forces in N? "
+            "Is it this design's bench?"
+        )
+    return fit
+
+
+def _at_limit(latents: Sequence[Latent], x: Array, bounds: tuple[Array, Array]) -> bool:
+    """True where a modulus goes no further."""
+    moduli = np.array(["modulus" in each.kind for each in latents])
+    stopped = np.minimum(x - bounds[0], bounds[1] - x) < 1e-6
+    return bool((moduli & stopped).any())
 
 
 def _least_squares(

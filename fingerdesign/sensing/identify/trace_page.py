@@ -81,7 +81,8 @@ def _verdicts(found: Identified, data: IdentificationData) -> Iterator[Verdict]:
         yield Verdict(status, name, f"{number} {value.unit}".strip(), f"95 %: {interval}")
     if "relaxed_modulus" in values:
         left, terms = values["relaxed_modulus"].shown()[0], len(found.fit.terms)
-        yield Verdict("note", "modulus at rest", f"{left} MPa", count=f"{terms} terms")
+        count = f"{terms} term{'s' * (terms != 1)}"
+        yield Verdict("note", "modulus at rest", f"{left} MPa", count=count)
     if (following := data.next_motion) is not None:
         narrower = f"{following.now:.2g} to {following.then:.2g} of the target width"
         of = following.of.replace("_", " ")
@@ -103,7 +104,7 @@ def _forces(found: Identified, data: IdentificationData) -> style.ReportFigure:
             path.time, 1e3 * (measured - modelled)[:, k], color=colour, lw=0.8, marker=marker, ms=2
         )
     upper.set_ylabel("N")
-    lower.set_ylabel("left, mN")
+    lower.set_ylabel("residual, mN")
     lower.set_xlabel("time (s)")
     lower.margins(x=0.02)
     figure.legend(loc="outside lower center", ncols=4)

@@ -188,7 +188,7 @@ def _trace_warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterato
         if value.kind == "gain" and value.high < 0.5:
             yield f"{value.name} is {value.value:.2g}: is that gage dead, or another input?"
     if found.fit.terms and found.given.grip.plant != "lift":
-        yield f"{DESIGN_FILE} has no grip.rubber_memory: it needs grip.plant = lift"
+        yield f'{DESIGN_FILE} has no grip.rubber_memory: identify with plant = "lift" under [grip]'
     if found.trace.temperature is None:
         yield "no temperature was recorded: its effect on gages is taken for drift, even in time"
     rest = max(found.fit.model.path.rest, 0.0)
