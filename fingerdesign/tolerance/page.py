@@ -34,7 +34,7 @@ def view_of(found: ToleranceData) -> VerdictView:
     stays = [each for each in others if not each.calibrated]
     notes.append(Verdict("note", "tighten first", _source(first)))
     if first.calibrated and stays:
-        notes.append(Verdict("note", "calibrated", _source(stays[0])))
+        notes.append(Verdict("note", "once calibrated", _source(stays[0])))
     elif others:
         notes.append(Verdict("note", "then", _source(others[0])))
     worst = max(row.on_kink for row in found.rows)
