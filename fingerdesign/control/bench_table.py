@@ -143,8 +143,7 @@ def _row_faults(number: int, row: dict[str, str], whole: bool) -> list[Fault]:
         value = row.get(name) or "empty"
         found.append(Fault(f"row {number}, column {name}", value, bound, remedy))
 
-    name = Path(row["trace"])
-    if not row["trace"] or "\0" in row["trace"] or name.is_absolute() or ".." in name.parts:
+    if not _is_here(row["trace"]):
         wrong("trace", "a CSV file in the folder of this table", "name the recorded trace")
     if row["phase"] not in KINDS:
         wrong("phase", f"one of {', '.join(KINDS)}", "say what was done")
@@ -160,6 +159,12 @@ def _row_faults(number: int, row: dict[str, str], whole: bool) -> list[Fault]:
         bound = f"1 to {_MOST_SAMPLES:g}"
         wrong("samples", bound, "say of how many samples a row is the mean")
     return found
+
+
+def _is_here(name: str) -> bool:
+    """True for the name of a file in the table's folder or under it."""
+    path = Path(name)
+    return bool(name) and "\0" not in name and not path.is_absolute() and ".." not in path.parts
 
 
 def _within(cell: str, least: float, most: float) -> bool:

@@ -26,8 +26,8 @@ _STILL = 1e-9  # mm (or degrees) per unit: a slower motion is rounding of the di
 
 
 def immovable_faults(parameter: Parameter, dimension: int) -> list[Fault]:
-    """Why no velocity is known for a parameter, in a mesh of 2 or 3 dimensions: what is needed, and
-    what to do instead. None where nothing moves."""
+    """Faults of a parameter that no velocity is known for, in a mesh of 2 or 3 dimensions: what is
+    needed, and what to do instead. None where nothing moves."""
     if parameter.kind == "materials" or not _moves(parameter):
         return []
     return [

@@ -436,20 +436,20 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
             "design near to the finger?"
         )
     fit = _fitted(problem, x, dead, alive, model.curves())
-    if fit.misfit > _ANOTHER**2 and _at_limit(latents, x, bounds):
+    _refuse_another(fit, x, bounds)
+    return fit
+
+
+def _refuse_another(fit: LatentFit, x: Array, bounds: tuple[Array, Array]) -> None:
+    """Raise SolverError where a modulus goes no further, and much is left."""
+    moduli = np.array(["modulus" in each.kind for each in fit.latents])
+    stopped = np.minimum(x - bounds[0], bounds[1] - x) < 1e-6
+    if fit.misfit > _ANOTHER**2 and (moduli & stopped).any():
         raise SolverError(
             "no finger near the design explains the bench: a modulus ends at its limit, and "
             f"{fit.misfit**0.5:.0f} times what noise and mesh explain is left. Are forces in N? "
             "Is it this design's bench?"
         )
-    return fit
-
-
-def _at_limit(latents: Sequence[Latent], x: Array, bounds: tuple[Array, Array]) -> bool:
-    """True where a modulus goes no further."""
-    moduli = np.array(["modulus" in each.kind for each in latents])
-    stopped = np.minimum(x - bounds[0], bounds[1] - x) < 1e-6
-    return bool((moduli & stopped).any())
 
 
 def _least_squares(
