@@ -123,6 +123,8 @@ def test_the_digest_changes_with_the_design_and_with_what_is_requested(job, desi
         job,
         *(replace(job, design=with_values(design, dict([each]))) for each in values.items()),
         replace(job, scene=load_scene("fundamental")),  # that path alone, no grips
+        replace(job, part="hand"),
+        replace(job, part="sensing"),
         replace(job, fidelity="3d"),
         replace(job, fidelity="auto"),
         replace(job, fidelity="auto", tolerance=0.03),

@@ -65,6 +65,15 @@ def test_what_was_drawn_is_found_within_its_intervals(data, made):
 
 
 @pytest.mark.slow
+def test_what_the_model_does_not_explain_widens_deviations(found):
+    """By the root of what is left over noise; less than the noise makes none narrower."""
+    narrow, usual, wide = (replace(found.fit, misfit=each) for each in (0.25, 1.0, 4.0))
+    assert narrow.deviations == pytest.approx(usual.deviations)
+    modulus, friction = wide.deviations[:2] / usual.deviations[:2]
+    assert (modulus, friction) == pytest.approx((2.0, 2.0), rel=0.02)
+
+
+@pytest.mark.slow
 def test_a_press_alone_tells_no_friction_and_asks_for_a_shear(design, made):
     trace = cut(made.trace, 150)
     assert trace.dx.max() == 0.0

@@ -107,6 +107,16 @@ def test_samples_of_smooth_objects_weigh_more(problem, grips):
     assert outputs_of(layers, rows[:1])[0] == pytest.approx([0.25, 0.75], abs=0.03)
 
 
+def test_errors_are_predicted_by_networks_of_the_other_half(calls_of):
+    """One of the same grips knows them: its errors would be too small."""
+    calls, chance = calls_of(network, "train_layers"), np.random.default_rng(0)
+    inputs, truths = chance.standard_normal((40, 3)), chance.uniform(0.0, 1.0, (40, 2))
+    network.fit_band(inputs, truths, np.ones(40), 1.0, 0)
+    for (given, _), tested in zip(calls, (slice(0, 20), slice(20, None)), strict=False):
+        assert given[1] == pytest.approx(np.delete(truths, tested, axis=0))
+    assert len(calls) == 3
+
+
 def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips):
     with epochs(25):
         bands = ((0.25, 15.0),)

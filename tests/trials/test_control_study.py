@@ -14,6 +14,7 @@ from fingerdesign.checks.load import load_design
 from fingerdesign.control.metrics import unsure_at_the_end
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.remembered import Memory
+from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.records.statistics import share_of
@@ -25,6 +26,7 @@ from fingerdesign.trials.grid import (
     Cell,
     ControlGrid,
     Perturbed,
+    Tug,
     refuse,
     seed_of,
 )
@@ -50,6 +52,16 @@ def all_trials(bench, path, names, **options):
     with Journal(path, KIND, "d") as journal:
         found = run_batches(bench, GRID.batches(names), journal, **{"workers": 1} | options)
     return [Trial(cell, 0, result) for cell, result in found.items()]
+
+
+def test_a_tug_rises_evenly_stays_and_is_gone_at_once():
+    pulls = Tug(share=0.3, rise_s=0.1, stay_s=0.3).pulls(200.0, 5, 100.0)
+    force = np.zeros(60)
+    for each in pulls:
+        force[each.step_after_lift :][: each.duration_steps] += each.extra_force_N
+    most = 0.3 * 0.2 * GRAVITY
+    rise = most * np.arange(1, 11) / 10
+    assert force == pytest.approx(np.concatenate([np.zeros(5), rise, [most] * 30, np.zeros(15)]))
 
 
 def test_an_oracle_holds_its_margin_everywhere_at_any_noise(bench, tmp_path):
