@@ -281,6 +281,8 @@ def test_what_is_lost_to_chance_follows_noise_grips_and_mesh():
     assert uncertainty(rough, "cost") == 0.0
     loud = noisy("loud", 2, peak_ratio=2.0)
     assert uncertainty(loud, "peak_ratio") == pytest.approx(0.38)
+    many = replace(loud, grips=4 * loud.grips)  # four times as many tell twice as much
+    assert uncertainty(many, "peak_ratio") == pytest.approx(0.19)
     # Beta after two of three: sqrt(3 * 2 / 25 / 6).
     assert uncertainty(loud, "grip_success") == pytest.approx(0.2)
     wanted = [Objective("grip_success", "max")]
