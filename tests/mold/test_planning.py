@@ -8,7 +8,7 @@ import pytest
 
 from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.design.mold import Mold
-from fingerdesign.mold.checks.venting import pour_turn, upward
+from fingerdesign.mold.checks.venting import beyond_openings, pour_turn, upward
 from fingerdesign.mold.plan import remedies
 from fingerdesign.mold.plan.base import base_holes_of
 from fingerdesign.mold.plan.extent import extent_of
@@ -200,6 +200,17 @@ def test_gate_and_riser_share_a_small_base_or_are_refused():
     core = {"width_mm": 17.5, "depth_mm": 7.5, "height_mm": 3.0}
     design = shipped("homogeneous", body__core=core, mold__process="fdm")
     assert "mold.gate_mm" in keys(mold_faults(design))
+
+
+def test_air_leaves_by_the_edge_of_an_opening_but_not_by_the_wires():
+    plan = plan_mold(narrow())
+    by_kind = {hole.kind: hole for hole in plan.base_holes}
+    gate, wires = by_kind["gate"], by_kind["wires"]
+    edge = 0.5 * gate.diameter + 0.1
+    points = np.array([[edge, 0.0, 0.0], [edge, 0.2, 0.0], [0.0, 0.3, 0.0]])
+    points += [gate.x, 0.0, gate.z]
+    assert beyond_openings(plan, points) == pytest.approx([0.1, np.hypot(0.1, 0.2), 0.3])
+    assert beyond_openings(plan, np.array([[wires.x, 0.0, wires.z]]))[0] > 0.1
 
 
 @pytest.mark.parametrize("pour", ["open", "closed"])
