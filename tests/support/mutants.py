@@ -612,6 +612,46 @@ identify: the modulus of Coulomb's fit stays
 fingerdesign/sensing/identify/trace_fit.py | tests/sensing/test_identify_trace.py
 - own, fit = _with_law(own, law, trace, fidelity)
 + fit = law
+
+training: networks predict their errors on grips that they know
+fingerdesign/sensing/train/network.py | tests/sensing/test_train.py
+- others[tested] = False
++ others[tested] = True
+
+identify: what a model does not explain widens nothing
+fingerdesign/sensing/identify/trace_fit.py | tests/sensing/test_identify_trace.py
+- total = information / max(self.misfit, 1.0)
++ total = information / min(self.misfit, 1.0)
+
+trials: a tug ends in stairs
+fingerdesign/trials/grid.py | tests/trials/test_control_study.py
+- Disturbance(begin + k, part, end - begin - k)
++ Disturbance(begin + k, part, end - begin)
+
+search: parts of an outcome share a digest
+fingerdesign/search/run/evaluate.py | tests/search/test_evaluate.py
+- parts = (decided, gripped, self.part, f"metrics {METRICS_VERSION}", mold, *self.on_request)
++ parts = (decided, gripped, f"metrics {METRICS_VERSION}", mold, *self.on_request)
+
+compare: more grips tell less
+fingerdesign/search/compare/recommend.py | tests/search/test_compare_page.py
+- share = metric.noisy * math.sqrt(GRIPS_MEASURED / grips) or share
++ share = metric.noisy * math.sqrt(grips / GRIPS_MEASURED) or share
+
+venting: openings are twice as wide
+fingerdesign/mold/checks/venting.py | tests/mold/test_planning.py
+- - 0.5 * hole.diameter
++ - hole.diameter
+
+tolerance: rows without a pull have a response
+fingerdesign/tolerance/area.py | tests/tolerance
+- return np.asarray(alone & (pull > _PULL * np.abs(readings.normal_force)))
++ return np.asarray(alone & (pull > 0.0))
+
+identify: another finger's bench is fitted
+fingerdesign/sensing/identify/bench_fit.py | tests/sensing/test_identify_bench.py
+- if fit.misfit > _ANOTHER**2 and (moduli & stopped).any():
++ if fit.misfit > _ANOTHER**2 and (moduli & stopped).all():
 """
 
 
