@@ -8,6 +8,7 @@ One analysis, one field of each contact dof and gage, and no solve per parameter
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -155,7 +156,8 @@ def derivatives(
     ends = np.cumsum([len(step.row) for step in steps]) - 1
     needed = needed_dofs(problem, increments, nodes)
     with ThreadPoolExecutor(1) as thread:  # PARDISO needs no Python
-        solved = thread.submit(response_fields, model.condensed, nodes, needed)
+        here = copy_context().run  # with what the caller holds
+        solved = thread.submit(here, response_fields, model.condensed, nodes, needed)
         changes = changes_of(design, model, parameters)
     fields = solved.result()
     found = IncrementRates(problem, fields, changes, increments, steps if stick else ())
