@@ -11,11 +11,14 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.increment import Increment
-from fingerdesign.contact.laws import OPEN, SLIP, lengths
+from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.measures import border_compliances, level_sets, positive_fraction
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.sensitivity.path import PathRates, slip_ways
+
+# Of the largest force: no change of a parameter that matters keeps a smaller pull's direction.
+_NO_PULL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,24 @@ def border_pairs(
             most[here], other[here] = normal[here, there], place[there]
     near = mine[other[nodes[mine]] >= 0]
     return np.append(mine, near), np.append(mine, other[nodes[near]])
+
+
+def on_corner(problem: ContactProblem, steps: Sequence[Step]) -> Array:
+    """Share (rows,) of the normal force on nodes at the border of stick without a tangential force.
+
+    The size of a tangential force has a corner at zero, and so has the stick area there.
+    """
+    found = np.zeros(len(steps))
+    for row, step in enumerate(steps):
+        multiplier, facets = step.increment.multiplier, problem.model.facets
+        inside = (np.minimum(*level_sets(problem, step.increment)) > 0.0)[facets]
+        border = np.zeros(len(multiplier), dtype=bool)
+        border[facets[inside.any(axis=1) & ~inside.all(axis=1)]] = True
+        normal = multiplier[:, 0]
+        still = lengths(multiplier[:, 1:]) < _NO_PULL * normal.max(initial=0.0)
+        still &= border & (step.increment.status == STICK) & (normal > 0.0)
+        found[row] = normal[still].sum() / max(float(normal.sum()), 1e-300)
+    return found
 
 
 def _border_rates(problem: ContactProblem, nodes: IntArray, own: OwnRates) -> tuple[Array, Array]:

@@ -34,7 +34,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.moved import plate_weights
 from fingerdesign.runtime.threads import one_thread
-from fingerdesign.sensitivity.areas import OwnRates, area_rates, border_pairs
+from fingerdesign.sensitivity.areas import OwnRates, area_rates, border_pairs, on_corner
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.model import ResponseFields, response_fields
 from fingerdesign.sensitivity.parts import change_of, rows_of_plates
@@ -53,7 +53,8 @@ class Sensitivity:
     names (P,), values (P,); readings: the rows themselves; normal_force, tangential_force (k, P)
     N; stick_ratio (k, P), NaN without contact; gages (k, plates, 2, P): upper and lower face,
     microstrain. on_kink (k,): the greatest share of the normal force, up to each row, that stands
-    on nodes between two statuses, where the derivative has two sides and this is one.
+    on nodes between two statuses, where the derivative has two sides and this is one; or in this
+    row on nodes without a tangential force at the border of stick, where the stick ratio's has.
     """
 
     names: tuple[str, ...]
@@ -162,6 +163,7 @@ def derivatives(
     fields = solved.result()
     found = IncrementRates(problem, fields, changes, increments, steps if stick else ())
     total, gages = found.at(ends)
+    on_kink = np.maximum.accumulate(found.path.on_kink)[ends]
     return Sensitivity(
         names=tuple(parameter.name for parameter in parameters),
         values=np.array([parameter.value for parameter in parameters]),
@@ -170,7 +172,7 @@ def derivatives(
         tangential_force=total[:, 0],
         stick_ratio=found.stick_ratio() if stick else np.full(total[:, 0].shape, np.nan),
         gages=gages,
-        on_kink=np.maximum.accumulate(found.path.on_kink)[ends],
+        on_kink=np.maximum(on_kink, on_corner(problem, steps)) if stick else on_kink,
     )
 
 

@@ -1,13 +1,17 @@
 """Derivatives of a coarse plane-strain finger: exact relations, differences, kinks, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fingerdesign import load_design, with_values
-from fingerdesign.contact.measures import positive_fraction
+from fingerdesign.analysis.path import problem_at_touch
+from fingerdesign.contact.laws import STICK
+from fingerdesign.contact.measures import level_sets, positive_fraction
 from fingerdesign.design.scene import Scene
 from fingerdesign.errors import DesignError
-from fingerdesign.sensitivity.areas import fraction_slopes
+from fingerdesign.sensitivity.areas import fraction_slopes, on_corner
 from fingerdesign.sensitivity.derive import sensitivity
 from fingerdesign.sensitivity.variant import parameters_of
 from tests.support.any_fingers import Finger, any_finger
@@ -119,6 +123,21 @@ def test_a_path_that_stands_still_is_on_a_kink(finger):
     found = solved(still, ["object.friction_coefficient"]).found
     assert found.on_kink[-2] == 0.0
     assert 0.02 < found.on_kink[-1] <= 1.0
+
+
+def test_a_node_that_nothing_pulls_at_the_border_of_stick_is_a_corner(finger):
+    case = solved(finger, ["object.friction_coefficient"])
+    problem = problem_at_touch(case.model.reduced, case.scene.object, case.design.body)
+    step = case.steps[-1]
+    stick, status = level_sets(problem, step.increment)[1], step.increment.status
+    ends = problem.model.facets[(stick > 0.0)[problem.model.facets].sum(axis=1) == 1]
+    node = next(each for each in ends.ravel() if status[each] == STICK)
+    multiplier = step.increment.multiplier.copy()
+    assert not on_corner(problem, case.steps).any()
+    multiplier[node, 1:] = 0.0
+    pulled = replace(step, increment=replace(step.increment, multiplier=multiplier))
+    share = multiplier[node, 0] / multiplier[:, 0].sum()
+    assert on_corner(problem, [step, pulled]).tolist() == pytest.approx([0.0, share])
 
 
 def test_slopes_of_a_share_are_its_differences():
