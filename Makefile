@@ -13,7 +13,7 @@ PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 # Compiled files stay: without them each worker rewrites 1,500 tests again, 6 s of processor time.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test slow-test every-test lint types wheel check records site clean-site clean
+.PHONY: demo test slow-test every-test coverage lint types wheel check records site clean-site clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/fingerdesign analyse designs/film_tees.toml --out out
@@ -27,6 +27,11 @@ slow-test: $(VENV)/.dev
 # Fast and slow tests in one run: they are collected once, and share meshes and fixtures.
 every-test: $(VENV)/.dev
 	$(PYTEST) --durations=40
+
+# How much of the code the fast tests run, file by file; what runs in processes of its own counts.
+coverage: $(VENV)/.dev
+	$(PIP) install --quiet "pytest-cov>=7" && mkdir -p out
+	$(PYTEST) -m "not slow" --cov --cov-report=term:skip-covered --cov-report=html
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

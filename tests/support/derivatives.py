@@ -4,6 +4,7 @@
 
 python -m tests.support.derivatives --fidelity plane-strain --seeds 200       prints the table
 python -m tests.support.derivatives --cost maeno2000         the cost of 50 parameters in 3-D
+python -m tests.support.derivatives --finite maeno2000       against changes of a fifth
 """
 
 import argparse
@@ -25,12 +26,14 @@ from fingerdesign.fem.model import body_of, build_model
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.fem.reduction import reduced_model
 from fingerdesign.sensing.model import meshed_for_grips
-from fingerdesign.sensitivity.derive import derivatives
+from fingerdesign.sensitivity.derive import derivatives, sensitivity
 from fingerdesign.sensitivity.variant import PLACES, parameters_of
 from fingerdesign.sensitivity.velocity import node_velocity
+from fingerdesign.validate.assumptions import E_BAND, nu_values
 from tests.support.any_fingers import Finger, any_finger
 
 OUTPUTS = ("normal_force", "tangential_force", "stick_ratio", "gages")
+NU = "poissons_ratio"
 FIVE = {-2: 1 / 12, -1: -8 / 12, 1: 8 / 12, 2: -1 / 12}
 STEPS = (0.128, 0.032, 0.008, 0.002, 0.0005)
 SHARES = (1.0, 0.2, 0.04)  # Of the step: the largest one that keeps all statuses has least noise.
@@ -241,9 +244,29 @@ def cost_of(name, contact_mm=None):
     print("ratio {:.2f} ({:.2f} of processors)".format(*np.divide(seconds[1], seconds[0])))
 
 
+def finite_of(name):
+    """Print how a path in plane strain changes with the rubber's values as far as `validate` varies
+    them, by derivatives and by new analyses: largest, relative to the path's largest."""
+    design = load_design(name)
+    keys = [f"materials.{design.body.material}.{each}" for each in ("youngs_modulus_MPa", NU)]
+    found = sensitivity(design, None, keys, "plane-strain")
+    modulus = found.values[0]
+    varied = [(0, (1.0 - E_BAND) * modulus), (0, (1.0 + E_BAND) * modulus)]
+    for k, value in varied + [(1, value) for value in nu_values(design)]:
+        other = sensitivity(with_values(design, {keys[k]: value}), None, keys[:1], "plane-strain")
+        print(f"{keys[k]} = {value:g}")
+        for output in OUTPUTS:
+            before = getattr(found.readings, output)
+            most = 1.0 if output == "stick_ratio" else np.abs(before).max()
+            new = np.abs(getattr(other.readings, output) - before).max() / most
+            linear = np.abs(getattr(found, output)[..., k] * (value - found.values[k])).max() / most
+            print(f"    {output:17} analyses {new:.4f}   derivatives {linear:.4f}")
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--cost", metavar="DESIGN", help="the cost in 3-D instead")
+    parser.add_argument("--finite", metavar="DESIGN", help="changes as large as `validate` makes")
     parser.add_argument("--contact-mm", type=float, help="with --cost: size of contact facets")
     parser.add_argument("--fidelity", default="plane-strain")
     parser.add_argument("--seeds", type=int, default=20)
@@ -252,6 +275,9 @@ def main():
     given = parser.parse_args()
     if given.cost:
         cost_of(given.cost, given.contact_mm)
+        return
+    if given.finite:
+        finite_of(given.finite)
         return
     every, skipped, fingers, kinks = [], 0, 0, 0
     for seed in range(given.first, given.first + given.seeds):
