@@ -21,7 +21,7 @@ from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Truth, press, safety_margin
 from fingerdesign.control.signals import Sample
-from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.grip import LEAST_FRICTION, LEAST_MASS_G, weight_per_finger
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.records.result import MOST_FORCE
@@ -39,7 +39,7 @@ except ImportError:  # Reported where an environment is made: the module can be 
 
 STEP_COST = 0.001
 _STRAIN, _FORCE_N = 20_000.0, 1000.0  # microstrain, N: ends of the scales, beyond any grip
-_LIMITS = {"frictions": 5.0, "masses_g": 1e5}
+_LIMITS = {"frictions": (LEAST_FRICTION, 5.0), "masses_g": (LEAST_MASS_G, 1e5)}
 
 Observation = NDArray[np.float32]
 
@@ -224,9 +224,9 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
 def _refuse(frictions: Sequence[float], masses_g: Sequence[float], noise: float) -> None:
     faults = []
     for key, ends in (("frictions", frictions), ("masses_g", masses_g)):
-        most = _LIMITS[key]
-        if not (len(ends) == 2 and 0.0 < ends[0] <= ends[1] <= most):
-            bound = f"two ends, rising, over 0 and at most {most:g}"
+        least, most = _LIMITS[key]
+        if not (len(ends) == 2 and least <= ends[0] <= ends[1] <= most):
+            bound = f"two ends, rising, from {least:g} to {most:g}"
             faults.append(Fault(key, ends, bound, "correct it"))
     if not 0.0 <= noise <= 1e5:
         faults.append(Fault("noise_microstrain", noise, "from 0 to 1e5", "correct it"))

@@ -12,13 +12,13 @@ no object of one fault is one of another fault, of a tuning or of a training.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from fingerdesign.control.plants.lift import Disturbance
-from fingerdesign.design.grip import GRAVITY
+from fingerdesign.design.grip import GRAVITY, LEAST_FRICTION, LEAST_MASS_G
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.runtime.streams import seed_for, stream
@@ -195,9 +195,9 @@ class ControlGrid:
 
     def faults(self) -> list[Fault]:
         """Faults of the axes, by the option that gives them."""
-        found = _axis_faults("--friction", self.frictions, 5.0)
-        found += _axis_faults("--mass-g", self.masses_g, 1e5)
-        found += _axis_faults("--noise", self.noises, 1e4, zero=True)
+        found = _axis_faults("--friction", self.frictions, LEAST_FRICTION, 5.0)
+        found += _axis_faults("--mass-g", self.masses_g, LEAST_MASS_G, 1e5)
+        found += _axis_faults("--noise", self.noises, 0.0, 1e4)
         if self.perturbed is not None:
             bound = f"one of {', '.join(LABELS)}, or some of them joined by +"
             found += [
@@ -213,26 +213,24 @@ class ControlGrid:
         return found
 
 
-def _axis_faults(
-    key: str, values: tuple[float, ...], most: float, zero: bool = False
-) -> list[Fault]:
-    """Faults of an axis whose values are over 0 (or from 0 on) and at most ``most``."""
+def _axis_faults(key: str, values: tuple[float, ...], least: float, most: float) -> list[Fault]:
+    """Faults of an axis whose values are from ``least`` to ``most``, each once."""
     found = []
     if len(values) > _MOST:
         found.append(Fault(key, len(values), f"given at most {_MOST} times", "give fewer"))
-    bound = f"{'from 0' if zero else 'over 0'} and at most {most:g}"
-    found += [
-        Fault(key, value, bound, "correct it")
-        for value in values
-        if not (0.0 < value <= most or (zero and value == 0.0))
-    ]
-    again = sorted({each for each in values if values.count(each) > 1})
-    return found + [Fault(key, each, "given once", "leave the second one out") for each in again]
+    bound = f"from {least:g} to {most:g}"
+    found += [Fault(key, each, bound, "correct it") for each in values if not least <= each <= most]
+    return found + _given_twice(key, values)
 
 
-def refuse(grid: ControlGrid, controllers: Iterable[str]) -> None:
+def _given_twice(key: str, values: Sequence[float] | Sequence[str]) -> list[Fault]:
+    again = {each: None for each in values if [*values].count(each) > 1}  # in their order
+    return [Fault(key, each, "given once", "leave the second one out") for each in again]
+
+
+def refuse(grid: ControlGrid, controllers: Sequence[str]) -> None:
     """Raise DesignError with every fault of the axes and of the controllers' names."""
-    faults = grid.faults()
+    faults = grid.faults() + _given_twice("--controller", controllers)
     for name in controllers:
         try:
             CONTROLLERS.find(name, "--controller")

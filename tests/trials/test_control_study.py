@@ -215,8 +215,8 @@ def test_seeds_are_of_the_conditions_and_the_same_for_all_controllers():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"frictions": (0.0,)}, "--friction = 0.0: must be over 0 and at most 5"),
-        ({"masses_g": (100.0, -1.0)}, "--mass-g = -1.0"),
+        ({"frictions": (0.0,)}, "--friction = 0.0: must be from 0.001 to 5"),
+        ({"masses_g": (100.0, 1e-300)}, "--mass-g = 1e-300: must be from 0.001 to 100000"),
         ({"noises": (float("nan"),)}, "--noise = nan"),
         ({"noises": (0.5, 0.5)}, "given once"),
         ({"seed": -1}, "--seed = -1"),
@@ -226,6 +226,11 @@ def test_seeds_are_of_the_conditions_and_the_same_for_all_controllers():
 def test_a_wrong_axis_is_refused_by_its_option(change, words):
     with pytest.raises(DesignError, match=words):
         refuse(replace(ControlGrid(), **change), ())
+
+
+def test_a_controller_given_twice_is_refused():
+    with pytest.raises(DesignError, match="--controller = paper: must be given once"):
+        refuse(ControlGrid(), ("paper", "reactive", "paper"))
 
 
 @pytest.mark.slow
