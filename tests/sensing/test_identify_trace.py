@@ -11,7 +11,7 @@ import pytest
 from fingerdesign import load_design, parse_design
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.trace import Trace, parse_trace
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import DATA, plain
 from fingerdesign.sensing.identify.simulated_trace import simulated_trace
 from fingerdesign.sensing.identify.trace_fit import identified
@@ -213,6 +213,15 @@ def test_noise_is_found_by_second_differences(made):
 def test_traces_that_tell_nothing_are_refused(design, made, change, words):
     with pytest.raises(DesignError, match=re.escape(words)):
         identified(design, change(made.trace), "trace.csv")
+
+
+@pytest.mark.slow
+def test_forces_of_another_unit_are_refused(design, made):
+    """1000 times too small; after two fits, not when a file of such a modulus cannot be written."""
+    names = ("normal_force", "tangential_force")
+    small = {name: 1e-3 * getattr(made.trace, name) for name in names}
+    with pytest.raises(SolverError, match=r"over 64 times as large or as small .* forces in N"):
+        identified(design, replace(made.trace, **small), "kN.csv", terms=0)
 
 
 def test_temperature_is_read_and_written(made):

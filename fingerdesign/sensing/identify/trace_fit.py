@@ -312,6 +312,11 @@ def identified(
         with one_thread():
             start = fit if number > 1 else None
             fit = fit_trace(problem, own.gages.face, trace, terms, start, number == 0, report)
+        if number == 1 and abs(fit.x[0]) > np.log(_MODULUS) - 1e-3:
+            raise SolverError(
+                f"the modulus would be over {_MODULUS**2:g} times as large or as small as the "
+                "design's: are forces in N, and moves in mm? Is it this design's finger?"
+            )
         if number > 1 and abs(fit.x[0]) < _SAME:  # The first two fits may lack a term.
             break
         own = _with_modulus(own, fit)
