@@ -51,7 +51,7 @@ from fingerdesign.sensing.model import grip_problem, gripped_case
 from fingerdesign.sensing.train.estimator import TrainingResult
 from fingerdesign_cli.inputs import estimator_for, interrupted, read_case, recorded
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.terminal import open_page, print_table, say, say_result
+from fingerdesign_cli.terminal import open_page, opens, print_table, say, say_result
 
 _WORDS = {
     "x": "plates along x",
@@ -311,6 +311,8 @@ def _refuse_options(fitted: Fitted, simulated: Simulated) -> None:
         raise click.UsageError("--fault is for --simulate --bench alone")
     if fitted.terms is not None and (simulate or bench):
         raise click.UsageError("--terms is for a recorded trace alone")
+    if opens() and (simulate or bench):
+        raise click.UsageError("--open is for a recorded trace alone: nothing else makes a page")
 
 
 def _identify_bench(

@@ -194,11 +194,11 @@ def stiffness_words(design: Design, fit: GageFit | None) -> str | None:
     added = gage_stiffness(design, fit)
     if added <= _STIFFENS or fit is None or fit.found is None:
         return None
-    remedy = "take stiffer plates" + (", or a gage on one face" if design.gages.faces == 2 else "")
+    name = fit.found.name
+    kind = "" if design.gages.kind == name else f" with gages.kind = '{name}'"
     return (
-        f"gages: {fit.found.name} adds up to {added:.0%} to a plate's stiffness where it lies, and "
-        f"its readings are up to {added / (1.0 + added):.0%} lower than those of plane strain, "
-        f"which leaves gages out: {remedy}"
+        f"gages: {name} adds up to {added:.0%} to a plate's stiffness where it lies; plane strain "
+        f"leaves that out and so reads up to as much too much; 3-D{kind} has it"
     )
 
 

@@ -117,7 +117,9 @@ def test_gages_stiffen_their_plates(small):
     assert gage_stiffness(one, gage_fit(one)) == pytest.approx(170e3 * 0.015 / 13.5e3)
     words = stiffness_words(bars, gage_fit(bars))
     assert "silicon_bar_05 adds up to 38%" in words
-    assert ("a gage on one face" in words) == (bars.gages.faces == 2)
+    assert "too much; 3-D has it" in words
+    own = with_values(small, {"mold.gage": "silicon_bar_05", "gages.face": "both"})
+    assert "3-D with gages.kind = 'silicon_bar_05' has it" in stiffness_words(own, gage_fit(bars))
     film = with_values(small, {"mold.gage": "sputtered_film"})
     assert stiffness_words(film, gage_fit(film)) is None
 

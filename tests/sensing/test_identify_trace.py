@@ -244,6 +244,7 @@ def test_the_command_and_its_mistakes(design, made, tmp_path, terminal):
     assert load_design(out / "mine" / "identified.toml").design.name == "mine"
     assert "youngs modulus" in terminal("view", out / "mine").out
     assert "either SOURCE" in terminal("identify", file, code=2).err
+    assert "makes a page" in terminal("identify", file, "--simulate", "--open", code=2).err
     trace.write_text("time_s\n1\n")
     assert "trace.csv" in terminal("identify", file, trace, code=2).err
     terminal("identify", file, "--simulate", "--out", tmp_path / "sim", "--quiet")
