@@ -27,7 +27,7 @@ from fingerdesign.design.io import dump_design
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.elements import centre, tabulate
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.records.arrays import FieldHistory, write_packed
+from fingerdesign.records.arrays import OPEN, STICK, FieldHistory, write_packed
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import read_result, write_result_files
@@ -164,9 +164,15 @@ def read_analysis(folder: Path) -> Analysis:
     """
     result = read_result(folder)
     try:
-        return Analysis(result, **read_arrays(folder))
+        found = Analysis(result, **read_arrays(folder))
     except TypeError as error:
         raise ResultError(f"{folder / ARRAYS} is no analysis: {error}; run it again") from error
+    if found.contact is not None:
+        status = found.contact.status
+        closed = [(row.open_nodes, row.stick_nodes) for row in result.increments]
+        if [((row == OPEN).sum(), (row == STICK).sum()) for row in status] != closed:
+            raise ResultError(f"{folder / ARRAYS} is of another analysis than its result.json")
+    return found
 
 
 def complete(folder: Path, page: bool, cad: bool) -> None:

@@ -1,5 +1,7 @@
 """What ``analyse`` returns: figures and maps where arrays are, a plain word where they are not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -56,6 +58,13 @@ def test_a_folder_gives_back_all_of_it_and_a_record_alone_says_what_it_lacks(
     held = {name: getattr(plane_strain, name) for name in names}
     write_packed(tmp_path / "mine" / "arrays.npz", held)
     assert load_result(tmp_path / "mine").plot_contact().data
+    status = plane_strain.contact.status.copy()
+    status[3, np.flatnonzero(status[3] == STICK)[0]] = 0
+    (tmp_path / "mine" / "arrays.npz").unlink()
+    other = held | {"contact": replace(plane_strain.contact, status=status)}
+    write_packed(tmp_path / "mine" / "arrays.npz", other)
+    with pytest.raises(ResultError, match="of another analysis than its result"):
+        load_result(tmp_path / "mine")
 
 
 def test_what_is_not_there_is_refused(found, failed):
