@@ -1,5 +1,6 @@
 """report.html: what to tighten first, and the spread of each row."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from fingerdesign.analysis.verdicts import two_digits
@@ -34,13 +35,20 @@ def view_of(found: ToleranceData) -> VerdictView:
     stays = [each for each in others if not each.calibrated]
     notes.append(Verdict("note", "tighten first", _source(first)))
     if first.calibrated and stays:
-        notes.append(Verdict("note", "once calibrated", _source(stays[0])))
+        left = sum(each.share for each in stays) or 1.0  # of what a calibration leaves
+        own = replace(stays[0], share=stays[0].share / left)
+        notes.append(Verdict("note", "once calibrated", _source(own)))
     elif others:
         notes.append(Verdict("note", "then", _source(others[0])))
     worst = max(row.on_kink for row in found.rows)
     text = f"{100 * worst:.2g} % of the force stands between two statuses: one side's derivatives"
-    warnings = (text,) if worst > _KINK else ()
-    return VerdictView(found.design, found.fidelity, found.seconds, tuple(notes), warnings=warnings)
+    warnings = [text] if worst > _KINK else []
+    if found.other_model:
+        keys = " and ".join(found.other_model)
+        warnings.append(f"not as in the design ({keys}): plates are solid, elements quadratic")
+    return VerdictView(
+        found.design, found.fidelity, found.seconds, tuple(notes), warnings=tuple(warnings)
+    )
 
 
 def _spreads(row: RowData) -> list[tuple[str, str]]:

@@ -92,6 +92,9 @@ class ToleranceData:
             "what 90 % of fingers as made reach; null without a row that only shears"
         ),
     ] = None
+    other_model: Annotated[
+        tuple[str, ...], Field(description="keys of the design that derivatives are not known for")
+    ] = ()
 
     @property
     def margin_std(self) -> tuple[float, float]:

@@ -7,7 +7,7 @@ gages are known, and what is left is the plates' places.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
+from fingerdesign.fem.model import element_of
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
@@ -57,7 +58,7 @@ def tolerance(
     fundamental case; draws: also lift real models of such fingers. Raises DesignError for a wrong
     input (MoldRefused where no mold is found), SolverError where a row has no answer."""
     start = time.perf_counter()
-    design = differentiable(design)
+    given, design = design, differentiable(design)
     case = Case(design, None, fidelity, fields=False, for_page=False, studied=False)
     own = fundamental_scene(design) if scene is None else scene
     if faults := impossible(case, own) or unknown_places(design):
@@ -89,7 +90,16 @@ def tolerance(
         seconds=round(time.perf_counter() - start, 2),
         versions=versions(),
         gage_response=sure_response(own, found, sources),
+        other_model=tuple(left_out(given)),
     )
+
+
+def left_out(design: Design) -> Iterator[str]:
+    """The keys whose value :func:`differentiable` replaces by another model."""
+    if design.plates.number and design.plates.model != "solid":
+        yield f"plates.model = '{design.plates.model}'"
+    if element_of(design) != element_of(differentiable(design)):
+        yield f"mesh.element = '{design.mesh.element}'"
 
 
 def variances(found: Sensitivity, sources: list[Source]) -> dict[str, list[Array]]:

@@ -26,7 +26,7 @@ from fingerdesign.tolerance.cast import (
 from fingerdesign.tolerance.page import tolerance_html, view_of
 from fingerdesign.tolerance.record import CastData, RowData, SourceData, ToleranceData
 from fingerdesign.tolerance.sources import Source, sources_of
-from fingerdesign.tolerance.spread import tolerance, variances, write_tolerance
+from fingerdesign.tolerance.spread import left_out, tolerance, variances, write_tolerance
 from tests.sensitivity.test_derivatives import scene_of
 from tests.support.any_fingers import Finger
 from tests.support.derivatives import along, solved
@@ -104,6 +104,23 @@ def test_what_to_tighten_first_comes_first():
     assert "90 % as made, 100 % calibrated have a margin of 1.1 to 1.5" in numbers
     assert "± 10 % as made, ± 2 % calibrated" in numbers
     assert len(notes) <= 12
+
+
+def test_once_calibrated_shares_are_of_what_a_calibration_leaves():
+    found, left = record(), SourceData("row in height", 0.1, "mm", 0.1, "placement.y_mm", False)
+    rubber, plates = (replace(found.sources[k], share=share) for k, share in ((1, 0.6), (0, 0.3)))
+    notes = view_of(replace(found, sources=(rubber, plates, left))).verdicts
+    (own,) = (each.number for each in notes if each.name == "once calibrated")
+    assert own.startswith("plates in height, ± 0.05 mm: 75 %")  # 0.3 of 0.3 + 0.1
+
+
+def test_what_is_modelled_otherwise_is_a_warning():
+    sheets = with_values(load_design("maeno2000"), {"plates.model": "sheet", "mesh.element": "P2"})
+    assert list(left_out(sheets)) == ["plates.model = 'sheet'", "mesh.element = 'P2'"]
+    assert not list(left_out(load_design("maeno2000")))
+    view = view_of(replace(record(), other_model=("plates.model = 'sheet'",)))
+    assert "not as in the design (plates.model = 'sheet')" in " ".join(view.warnings)
+    assert not view_of(record()).warnings
 
 
 def test_a_gage_area_scatters_as_its_ends_move():
