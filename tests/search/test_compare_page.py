@@ -149,6 +149,8 @@ WIDE = errors_and_costs((0.2, 1.0), (0.1, 9.0), (0.21, 10.0))  # the third widen
     ("outcomes", "wanted", "bounds", "expected"),
     [
         (KNEE[:4], WANTED, (), {"front": (0, 1, 2), "chosen": 1, "best": (0, 2)}),
+        # The one that is beaten stands first: places on the front are not those of the group.
+        (KNEE[3::-1], WANTED, (), {"front": (1, 2, 3), "chosen": 2, "best": (3, 1)}),
         (NEXT, WANTED, (), {"runner_up": 2}),
         # Where one beats all, the nearest of those beaten; of one alone, none.
         (NEXT, [LEAST_COST], (), {"runner_up": 2}),
