@@ -206,6 +206,8 @@ def test_nothing_is_recommended_that_fails_its_purpose(flaw, words):
     assert words in why_not(cheap, [LEAST_COST], [])[0]
     stated = summary_of([cheap, sound], [LEAST_COST])
     assert "1 design fails its purpose" in stated.counts
+    assert stated.table.columns == ("objective", "sound", "on its scale")  # it is alone
+    assert stated.verdicts[1].count == "no other is comparable"
     none = summary_of([cheap], [LEAST_COST])
     assert (none.recommended, none.values) == ("", {})
     assert "(1 of 1 miss it)" in none.why

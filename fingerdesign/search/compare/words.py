@@ -202,16 +202,20 @@ def _table(name: str, objectives: Sequence[dict[str, Any]]) -> Table:
     def row(each: dict[str, Any]) -> tuple[str, ...]:
         own, best, median = (f"{each[key]:.4g}" for key in ("own", "best", "median"))
         give = f" ± {each['unsure']:.2g}" if each["unsure"] else ""
-        return each["goal"], own + give, each["grade"] or NONE, each["place"], best, median
+        words = each["goal"], own + give, each["grade"] or NONE, each["place"], best, median
+        return words[:width]
 
     count = objectives[0]["count"] if objectives else 0
     columns = ("objective", name, "on its scale", "place", "best", f"median of {count}")
+    width = len(columns) if count > 1 else 3  # alone it is its own best and median
     rows = tuple(map(row, objectives))
-    return Table("objectives", "The objectives", columns, rows, frozenset({0}))
+    return Table("objectives", "The objectives", columns[:width], rows, frozenset({0}))
 
 
 def _place(ahead: int, level: int, many: int, alike: bool) -> str:
-    if level == many > 1:
+    if many == 1:
+        return "no other is comparable"
+    if level == many:
         return "the same for all" if alike else "no difference shown"
     return f"{ahead + 1} of {many}{f', with {level - 1} more' if level > 1 else ''}"
 
