@@ -102,6 +102,11 @@ CHANGE = "[[grip.weight_changes]]\nobject_mass_g = 100.0\nstep_after_lift = "
                     "grip.hardware.dying_gages",
                 ),
                 (f"[grip.hardware]\ndead_gages = {list(range(14))}", "grip.hardware.dead_gages"),
+                (  # 10 dead of 15: 3 more may die, one of the 4 would leave a single gage
+                    "[grip.hardware]\ndead_gages = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]\n"
+                    "dying_gages = [10, 11, 12, 13]",
+                    "grip.hardware.dying_gages",
+                ),
                 ("preload_mm = 0.2\nmax_approach_mm = 0.2", "grip.preload_mm"),
                 ("preload_mm = 0.5\nmax_approach_mm = 0.3", "grip.preload_mm"),
                 ("max_approach_mm = 12.0", "grip.max_approach_mm"),
