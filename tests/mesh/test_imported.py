@@ -15,8 +15,9 @@ from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.files.imported import import_words, imported_mesh
+from fingerdesign.mesh.files.imported import import_words, imported_mesh, oriented
 from fingerdesign.mesh.files.io import write_mesh
+from fingerdesign.mesh.files.named import NamedMesh
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.quality_text import quality_text
 from fingerdesign.mesh.section.extrude import extrude
@@ -52,6 +53,22 @@ def linear(mesh, path, regions, facets):
 
 REGIONS = {0: "elastomer", 1: "plate_0", 2: "plate_1"}
 FACETS = {"base": "base", "contact": "contact"}
+
+
+def test_a_turned_cell_has_its_mid_nodes_between_its_corners(tmp_path):
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    edges = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+    right = np.vstack([corners, [corners[[*edge]].mean(axis=0) for edge in edges]])
+    over = corners[[1, 0, 2, 3]]
+    wrong = np.vstack([over, [over[[*edge]].mean(axis=0) for edge in edges]]) + 5.0
+    given = NamedMesh(
+        np.vstack([right, wrong]), np.arange(20).reshape(2, 10), np.array(["", ""]), {}
+    )
+    found = oriented(given, tmp_path)
+    assert found.cells[0].tolist() == list(range(10))
+    places = found.points[found.cells[1]]
+    assert np.linalg.det(places[1:4] - places[0]) > 0.0
+    assert places[4:] == pytest.approx(np.array([places[[*edge]].mean(axis=0) for edge in edges]))
 
 
 def of_file(path, **values):
