@@ -168,6 +168,15 @@ def test_with_a_kinetic_drop_less_sticks_at_the_same_force(name, request):
             assert (ratios[1:] > least[1:] - 0.03).all()
 
 
+def test_friction_is_strengthened_from_the_first_each_time(strip):
+    history = FrictionHistory(strip)
+    first = strip.friction_coefficient
+    for factor in (1.2, 1.3, 1.0):
+        history.strengthen(factor)
+        assert history.problem.friction_coefficient == pytest.approx(factor * first)
+        history.accept(solve_increment(history.problem, history.state, PRESSED, history.workspace))
+
+
 def test_shares_out_of_bounds_are_refused(strip):
     for share in (0.0, 1.1, np.nan):
         with pytest.raises(ValueError, match="over 0 and at most 1"):
