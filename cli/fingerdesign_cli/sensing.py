@@ -303,16 +303,22 @@ def identify(
 def _refuse_options(fitted: Fitted, simulated: Simulated) -> None:
     """Raise UsageError for options that have no meaning together."""
     simulate, bench = simulated.simulate, fitted.is_bench
-    if simulate == (fitted.file is not None):
-        raise click.UsageError("give either SOURCE (a trace, or a bench's folder) or --simulate")
-    if fitted.estimator_file is not None and (simulate or not bench):
-        raise click.UsageError("--estimator needs the measurements of a bench")
-    if simulated.faults and not (simulate and bench):
-        raise click.UsageError("--fault is for --simulate --bench alone")
-    if fitted.terms is not None and (simulate or bench):
-        raise click.UsageError("--terms is for a recorded trace alone")
-    if opens() and (simulate or bench):
-        raise click.UsageError("--open is for a recorded trace alone: nothing else makes a page")
+    measured, trace = bench and not simulate, not bench and not simulate
+    rules = (
+        (
+            simulate != (fitted.file is not None),
+            "give either SOURCE (a trace, or a bench's folder) or --simulate",
+        ),
+        (
+            measured or fitted.estimator_file is None,
+            "--estimator needs the measurements of a bench",
+        ),
+        ((simulate and bench) or not simulated.faults, "--fault is for --simulate --bench alone"),
+        (trace or fitted.terms is None, "--terms is for a recorded trace alone"),
+        (trace or not opens(), "--open is for a recorded trace alone: nothing else makes a page"),
+    )
+    if broken := [words for holds, words in rules if not holds]:
+        raise click.UsageError("; ".join(broken))
 
 
 def _identify_bench(

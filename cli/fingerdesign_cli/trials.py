@@ -105,7 +105,7 @@ class Axes(Options):
 
 @dataclass(frozen=True)
 class Instead(Options):
-    """What is judged or written instead of a grid: the held-out set, a data set, recordings."""
+    """Work instead of a grid: judge the held-out set or recordings, write a data set."""
 
     held_out: str | None
     to: tuple[str, Path] | None

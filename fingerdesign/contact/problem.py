@@ -89,7 +89,7 @@ class ContactProblem:
         return friction_at(self.law, self.model.areas)
 
     def mean_friction(self, normal: Array) -> float:
-        """What friction carries at normal forces (m,) N over their sum; 0 without contact."""
+        """Friction force at normal forces (m,) N over their sum; 0 without contact."""
         if self.law.is_coulomb:
             return self.law.coefficient
         pressed = np.maximum(normal, 0.0)

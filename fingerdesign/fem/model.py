@@ -229,7 +229,7 @@ def gage_positions(frames: Sequence[PlateFrame], gages: Gages) -> Array:
 
 
 def places_along_x(frames: Sequence[PlateFrame], positions: Array) -> Array:
-    """Of gages at positions (plates, 3) their x (plates,), mm; NaN in a row along z, which has no
+    """Give x (plates,), mm, of gages at positions (plates, 3); NaN in a row along z, which has no
     place along the shear: it would read nothing of it and seem to slip there."""
     in_row = np.array([frame.along == "x" for frame in frames], dtype=bool)
     return np.where(in_row, positions[:, 0], np.nan)

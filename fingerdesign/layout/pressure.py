@@ -114,6 +114,6 @@ def _half_extents(design: Design, rigid: SceneObject, approach: float) -> tuple[
 
 
 def _curvatures(design: Design, rigid: SceneObject) -> tuple[float, float]:
-    """Of body and object together, across and along, 1/mm."""
+    """Curvatures of body and object together, across and along, 1/mm."""
     own, other = design.body.kind.curvatures(design.body), rigid.curvature()
     return own[0] + float(other[0, 0]), own[1] + float(other[1, 1])

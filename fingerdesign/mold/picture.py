@@ -81,7 +81,7 @@ def exploded_parts(meshes: MoldMeshes, aids: Aids = NONE) -> tuple[Shown, ...]:
 
 
 def _by_name(meshes: MoldMeshes, aids: Aids) -> dict[str, tuple[PartMesh, ...]]:
-    """What a view's name stands for: a part, all plates with what is on them, or an aid."""
+    """Meshes by the names of views: a part, all plates with what is on them, or an aid."""
     plates = {PLATES: (*meshes.plates, *aids.get(GAGES, ()))}
     parts = {part.name: (part,) for part in (*meshes.parts, *meshes.coupon, meshes.rubber)}
     return plates | dict(aids) | parts

@@ -66,7 +66,7 @@ def labels(holes: list[HoleData]) -> list[str]:
 
 
 def made_words(data: MoldData) -> dict[str, str]:
-    """How a part is made, in words, by ``made`` of the record."""
+    """Words for the making of a part, by ``made`` of the record."""
     process = "machined" if data["process"]["name"] == "machined" else "print"
     return {"process": process, "sheet": "cut sheet", "metal": "cut"}
 

@@ -73,7 +73,7 @@ class Sensitivity:
 
 
 def face_mean(gages: Array, face: str) -> Array:
-    """What is read (k, plates, P) of both faces (k, plates, 2, P): one, or their mean."""
+    """Readings (k, plates, P) from both faces (k, plates, 2, P): one, or their mean."""
     one = {"upper": 0, "lower": 1}.get(face)
     return np.asarray(gages.mean(axis=2) if one is None else gages[:, :, one])
 

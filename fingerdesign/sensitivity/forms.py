@@ -160,7 +160,7 @@ def _at(velocity: sp.csr_matrix, nodes: IntArray) -> Array:
 
 
 def _acting(body: Body, change: Change, cells: IntArray) -> IntArray:
-    """What of each cell's stiffness a parameter changes: nothing, _PRESSURES or _ALL."""
+    """The part of each cell's stiffness that a parameter changes: nothing, _PRESSURES or _ALL."""
     found = np.zeros(len(cells), dtype=np.int64)
     if change.moduli is not None:
         first, shear = change.moduli[:, cells] != 0.0
@@ -210,7 +210,7 @@ class _Part:
 
     @property
     def solid(self) -> int:
-        """How many unknowns of a cell are displacements."""
+        """Number of a cell's unknowns that are displacements."""
         return int(self.unknowns.shape[1] - len(self.hats))
 
     def without_translation(self, values: Array) -> Array:

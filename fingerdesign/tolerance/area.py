@@ -89,7 +89,7 @@ def sure_response(
 
 
 def _shears(scene: Scene, readings: Readings) -> BoolArray:
-    """Of each row of a path (k,): whether the object moves along x alone, and is held by it."""
+    """Mark the rows of a path (k,) where the object moves along x alone, and is held by it."""
     rows = np.diff([(0.0, 0.0, 0.0, 0.0), *map(_moves, scene.path.rows)], axis=0)
     alone = (rows[:, 1] != 0.0) & ~rows[:, [0, 2, 3]].any(axis=1)
     pull = np.abs(_steps(readings.tangential_force))

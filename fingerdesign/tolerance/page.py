@@ -1,5 +1,6 @@
 """report.html: what to tighten first, and the spread of each row."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,15 +32,7 @@ def view_of(found: ToleranceData) -> VerdictView:
         number = f"{response[0]:.3g} µε/N as designed; 90 % of fingers reach {response[1]:.3g}"
         notes.append(Verdict("note", "response", number))
     notes += [Verdict("note", name, number) for name, number in _yields(found)]
-    first, *others = found.sources
-    stays = [each for each in others if not each.calibrated]
-    notes.append(Verdict("note", "tighten first", _source(first)))
-    if first.calibrated and stays:
-        left = sum(each.share for each in stays) or 1.0  # of what a calibration leaves
-        own = replace(stays[0], share=stays[0].share / left)
-        notes.append(Verdict("note", "once calibrated", _source(own)))
-    elif others:
-        notes.append(Verdict("note", "then", _source(others[0])))
+    notes += _tighten(found.sources)
     worst = max(row.on_kink for row in found.rows)
     text = f"{100 * worst:.2g} % of the force stands between two statuses: one side's derivatives"
     warnings = [text] if worst > _KINK else []
@@ -49,6 +42,21 @@ def view_of(found: ToleranceData) -> VerdictView:
     return VerdictView(
         found.design, found.fidelity, found.seconds, tuple(notes), warnings=tuple(warnings)
     )
+
+
+def _tighten(sources: Sequence[SourceData]) -> list[Verdict]:
+    """The cause to tighten first, and the next one: where a calibration finds the first, the one
+    that it leaves."""
+    first, *others = sources
+    found = [Verdict("note", "tighten first", _source(first))]
+    stays = [each for each in others if not each.calibrated]
+    if first.calibrated and stays:
+        left = sum(each.share for each in stays) or 1.0  # of what a calibration leaves
+        own = replace(stays[0], share=stays[0].share / left)
+        found.append(Verdict("note", "once calibrated", _source(own)))
+    elif others:
+        found.append(Verdict("note", "then", _source(others[0])))
+    return found
 
 
 def _spreads(row: RowData) -> list[tuple[str, str]]:

@@ -98,14 +98,14 @@ class ToleranceData:
 
     @property
     def margin_std(self) -> tuple[float, float]:
-        """Of the margin over itself, by motion: it goes with the largest normal force."""
+        """Relative deviations of the margin by motion: it goes with the largest normal force."""
         row = max(self.rows, key=lambda each: each.normal_force_N)
         made, calibrated = row.normal_force_std_N
         return made / row.normal_force_N, calibrated / row.normal_force_N
 
     @property
     def reading_std(self) -> tuple[float, float]:
-        """Of readings as made and once calibrated, over the largest of their row: RMS over rows."""
+        """Deviations of readings, as made and calibrated, over their row's largest: RMS of rows."""
         rows = [row for row in self.rows if row.largest_reading_microstrain > 0.0]
 
         def share(k: int) -> float:

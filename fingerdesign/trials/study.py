@@ -297,7 +297,7 @@ def _preload_force(bench: GripBench) -> float:
 
 
 def _warnings_of_estimator(bench: GripBench, known: GripEstimator) -> Iterator[str]:
-    """What the estimator does not know of this grid's lifts."""
+    """Warnings of lifts in this grid that the estimator was not trained on."""
     labels = () if bench.grid.perturbed is None else bench.grid.perturbed.labels
     turns = any("off_centre" in faults_of(label) for label in labels)
     measured = bench.grip.hardware.torque_noise_Nmm is not None

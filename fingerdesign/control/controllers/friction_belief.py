@@ -1,4 +1,4 @@
-"""What the regulator knows of a friction: its coefficient, and how it falls with the force.
+"""The friction as the regulator knows it: a coefficient, and its fall as the force rises.
 
 Rubber's friction often falls as the force rises: mu(F_n) = mu(F_0) (F_n / F_0)^-n, with n = 1/3 for
 contact at a constant shear strength and n = 0 for Coulomb's law. A coefficient learnt at a small

@@ -145,7 +145,7 @@ def may_be_caught(truth: Truth) -> bool:
 
 
 def safety_margin(truth: Truth, friction_coefficient: float) -> float | None:
-    """How many times the normal force is applied that just holds F_t; None without F_t.
+    """Normal force over the one that just holds F_t; None without F_t.
 
     friction_coefficient: counts where the truth has no slip ratio.
 

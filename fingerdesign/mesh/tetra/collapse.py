@@ -54,7 +54,7 @@ def collapse(
 
 
 def _merges(points: Array, star: IntArray, node: int, other: int) -> bool:
-    """Whether the tetrahedra ``star`` around a node are better when it is its neighbour."""
+    """Return True if the tetrahedra ``star`` at a node are better with its neighbour instead."""
     left = star[~(star == other).any(axis=1)]
     if len(left) == 0:
         return False

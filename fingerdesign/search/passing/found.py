@@ -1,4 +1,4 @@
-"""What a search for a passing finger has found: its candidates, the best, why none passes."""
+"""Result of a search for a passing finger: its candidates, the best, why none passes."""
 
 import math
 from collections.abc import Iterator
@@ -217,7 +217,7 @@ def castable(design: Design) -> bool:
 
 
 def unready(design: Design) -> str:
-    """Why a finger that can be cast is no sensor then, as ``fingerdesign mold`` judges it, and the
+    """Reasons why a finger that can be cast is no sensor, as ``fingerdesign mold`` judges it, and
     lines of a design that mend it; "" where it is ready. What its leads do is left to ``mold``: two
     models more in 3-D."""
     from fingerdesign.layout.fitting import gage_fit

@@ -75,7 +75,7 @@ Report = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Callbacks:
-    """What a search calls; it raises what these raise."""
+    """Functions that a search calls; it raises what these raise."""
 
     evaluated: Evaluated  # Outcomes of jobs, in order.
     confirm: Confirm  # The whole analysis of a design.

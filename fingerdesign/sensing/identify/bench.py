@@ -222,7 +222,7 @@ class BenchModel:
 
     @cached_property
     def _missed(self) -> tuple[Array, Array]:
-        """What the coarse mesh misses of the design: compliance and readouts."""
+        """Differences of fine and coarse mesh for the design: compliance and readouts."""
         fine, own = self._fine_model, self._coarse(self.design)
         return fine.compliance - own.compliance, fine.gage_readout - own.gage_readout
 
@@ -259,7 +259,7 @@ class BenchModel:
         return self.played_on(rough.model()[1], self.design)
 
     def played_on(self, bench: ContactProblem, own: Design) -> Callable[[float], BenchCurves]:
-        """What plays the moves on a condensed finger, on a bench that leans, degrees."""
+        """Make a player of the moves on a condensed finger, on a bench that leans, degrees."""
         moved = self.moved
 
         def played(of: tuple[Phase, ContactProblem]) -> Phase:

@@ -140,7 +140,7 @@ def perturbed_problems(
 
 
 def bench_grip(grip: Grip) -> Grip:
-    """What a finger's model depends on of its ``[grip]`` table; the rest as by default."""
+    """The keys of a ``[grip]`` table on which a finger's model depends; the rest by default."""
     return Grip(
         max_approach_mm=grip.max_approach_mm,
         bench_friction_coefficient=grip.bench_friction_coefficient,

@@ -115,7 +115,7 @@ def judge_friction(data: PillarData) -> FrictionData:
 
 
 def _foretold(lifts: Sequence[Lift], law: str, n: float, weights: Array, first: float) -> Foretold:
-    """What a law foretells: W = mu_0 (F / F_0)^-n F at the slip, from the lightest weight's F."""
+    """Forecast of a law: W = mu_0 (F / F_0)^-n F at the slip, from the lightest weight's F."""
     at = (first * (weights / weights[0]) ** (1.0 / (1.0 - n))).tolist()
     slips_at = dict(zip(weights.tolist(), at, strict=True))
     others = [each for each in lifts if each.weight > weights[0]]

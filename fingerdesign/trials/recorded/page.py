@@ -66,7 +66,7 @@ def unread(data: RecordedData) -> list[str]:
 
 
 def verdicts(data: RecordedData) -> Iterator[Verdict]:
-    """Of each set: whether our stick share ranks slip as well as the authors' detector, or better
+    """Judge each set: our stick share ranks slip as well as the authors' detector, or better
     than chance where there is none; and the exponents of friction."""
     yield from map(_ranked, data.sets)
     if (law := data.friction) is not None:

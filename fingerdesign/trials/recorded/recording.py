@@ -56,7 +56,7 @@ class Recording:
 
 
 def changes(signals: Array) -> bool:
-    """Whether a signal of (k, ...) changes, by a number that can be squared."""
+    """Return True if a signal of (k, ...) changes, by a number that can be squared."""
     with np.errstate(over="ignore", invalid="ignore"):
         return bool(1e-9 <= np.ptp(signals, axis=0).max() <= 1e100)
 

@@ -42,8 +42,8 @@ class SetData:
 @closed
 @dataclass(frozen=True)
 class RecordedData:
-    """What the recordings of a folder show. unread: files and folders that were not read, each with
-    the reason."""
+    """Results of a folder's recordings. unread: files and folders that were not read, each with the
+    reason."""
 
     folder: str
     sets: tuple[SetData, ...]
@@ -160,7 +160,7 @@ def _judged(
 def _read(
     read: Callable[[Path], _Read], files: Iterable[Path], errors: list[DesignError]
 ) -> list[_Read]:
-    """What is read of each file; the faults of the others are added to ``errors``."""
+    """Read each file; the faults of those that cannot be read are added to ``errors``."""
     found = []
     for each in files:
         try:
