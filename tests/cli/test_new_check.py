@@ -145,6 +145,9 @@ def test_tables_have_legends_with_units(terminal):
     assert "Et N/mm" in shown
     for column in ("with tabs:", "factor:", "order:", "weeks:", "price of a piece:"):
         assert column in shown
+    for row in json.loads(terminal("list", "gages", "--json").out)["gages"]:
+        # A quarter bridge gives GF strain / 4.
+        assert row["microstrain_per_uV_V"] == pytest.approx(4.0 / row["factor"], abs=6e-4)
 
 
 def test_check_as_json(terminal):
