@@ -344,7 +344,7 @@ def _force_fixes(result: Result, design_file: str) -> Iterator[Fix]:
     if any(each.crushed for each in good):
         yield from _light_fixes(result, good)
         command = f"fingerdesign study {design_file} --tune --out tuned"
-        yield Fix(command, "searches a gentler controller, in up to 40 minutes")
+        yield Fix(command, "tunes it, up to 40 min")
         return
     nearest = min(good, key=lambda each: each.safety_margin or math.inf)
     if nearest.safety_margin is not None:
