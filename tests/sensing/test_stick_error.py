@@ -53,6 +53,19 @@ def test_it_falls_with_what_gages_answer_over_their_noise():
     assert made(50.0, 5.0) == pytest.approx(found[2], rel=1e-6)
 
 
+def test_no_tested_grip_is_trained_on():
+    """Each grip has a gage of its own, and one stick ratio by lot: only a learner that has seen the
+    grip knows it."""
+    rng = np.random.default_rng(8)
+    grip = np.repeat(np.arange(GRIPS), 10)
+    stick = rng.integers(0, 2, GRIPS).astype(float)[grip]
+    readings = 100.0 * np.eye(GRIPS)[grip]
+    forces = np.ones((len(grip), 2))
+    flat = NormalCalibration(np.array([0.0, 100.0]), np.zeros((2, GRIPS)))
+    error = sampled_error(Instants(readings, forces, stick, grip), flat, SensorErrors(0.5))
+    assert error > 0.45  # half is a guess
+
+
 def test_grips_cover_stick_and_slip(found):
     assert len(np.unique(found.grip)) == GRIPS
     assert found.stick.min() < 0.1
