@@ -193,5 +193,9 @@ def at_least(value: float) -> str:
 
 
 def at_most(value: float) -> str:
-    """Write an upper bound, rounded down to a micrometre."""
+    """Write an upper bound, rounded down to a micrometre.
+
+    >>> at_least(1.2341), at_most(1.2349), at_most(1.235)
+    ('1.235', '1.234', '1.235')
+    """
     return f"{math.floor(value * 1000.0 + 1e-9) / 1000.0:.10g}"
