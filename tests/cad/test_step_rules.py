@@ -84,12 +84,15 @@ def test_edges_and_ledges_belong_to_the_contact_surface_by_angle_and_height(tmp_
     left = step_facts(StepFile(file=path, centre=False))  # as it was drawn
     np.testing.assert_allclose((*left.low, *left.high), (-8, 0, -4, 12, 12, 6), atol=1e-9)
     work = cq.Workplane("XY").box(20, 4, 10).translate((0, 2, 0))
-    work = work.union(cq.Workplane("XY").box(8, 12, 10).translate((0, 6, 0)))
-    path = str(write(work, tmp_path / "t.step"))
+    whole = work.union(cq.Workplane("XY").box(8, 12, 10).translate((0, 6, 0)))
+    path = str(write(whole, tmp_path / "t.step"))
     assert step_facts(StepFile(file=path)).area["contact"] == pytest.approx(200)
     high = step_facts(StepFile(file=path, contact_above_mm=5.0))
     assert high.area["contact"] == pytest.approx(80)
     assert high.lowest == pytest.approx(12.0)
+    inner = work.union(cq.Workplane("XY").box(8, 12, 6).translate((0, 6, 0)))
+    path = str(write(inner, tmp_path / "inner.step"))
+    assert step_facts(StepFile(file=path)).area["end"] == pytest.approx(2 * 80)  # not its tower's
 
 
 @pytest.mark.slow

@@ -127,6 +127,17 @@ def test_a_cache_that_others_can_write_is_refused(mode, place, own_cache, tmp_pa
     assert Cache("trial").put("a.bin", b"x").is_file()
 
 
+def test_a_folder_that_another_group_can_write_is_not_private(tmp_path):
+    try:
+        os.chown(tmp_path, -1, 54321)
+    except PermissionError:
+        pytest.skip("only the administrator gives a folder to another group")
+    tmp_path.chmod(0o770)
+    assert files.writable_by_others([tmp_path]) == tmp_path
+    tmp_path.chmod(0o750)
+    assert files.writable_by_others([tmp_path]) != tmp_path
+
+
 def test_a_folder_below_one_that_others_can_write_is_refused_unless_they_cannot_rename_it(
     tmp_path, cache_in
 ):
