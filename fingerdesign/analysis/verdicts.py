@@ -31,7 +31,7 @@ CLEARLY = 0.1
 # Safety margins that people keep: Johansson and Westling 1984.
 HUMAN_MARGIN = (1.2, 1.5)
 NOT_JUDGED = "plates are left out of the model"
-_FIDELITIES = {"plane-strain": "plane strain", "3d": "3-D", "finite": "3-D, finite strain"}
+FIDELITY_WORDS = {"plane-strain": "plane strain", "3d": "3-D", "finite": "3-D, finite strain"}
 _QUANTITIES = {
     "normal_force": "F_n",
     "tangential_force": "F_t",
@@ -56,7 +56,7 @@ def verdict_view(result: Result, design_file: str = _ON_PAGE) -> VerdictView:
         verdicts = tuple(_verdicts(result))
         failing = {each.name for each in verdicts if each.status in ("fail", "warning")}
         fixes = tuple(_fixes(result, failing, design_file))
-    fidelity = _FIDELITIES[result.fidelity] + (" by auto" if result.ladder else "")
+    fidelity = FIDELITY_WORDS[result.fidelity] + (" by auto" if result.ladder else "")
     return VerdictView(
         name=result.design,
         fidelity=fidelity,

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from fingerdesign.analysis.verdicts import two_digits
+from fingerdesign.analysis.verdicts import FIDELITY_WORDS, two_digits
 from fingerdesign.records.verdict import Verdict, VerdictView
 from fingerdesign.report import style
 from fingerdesign.report.page import Page, Section, Text, caption_drawing, page_html
@@ -40,7 +40,11 @@ def view_of(found: ToleranceData) -> VerdictView:
         keys = " and ".join(found.other_model)
         warnings.append(f"not as in the design ({keys}): plates are solid, elements quadratic")
     return VerdictView(
-        found.design, found.fidelity, found.seconds, tuple(notes), warnings=tuple(warnings)
+        found.design,
+        FIDELITY_WORDS[found.fidelity],
+        found.seconds,
+        tuple(notes),
+        warnings=tuple(warnings),
     )
 
 
@@ -68,8 +72,8 @@ def _spreads(row: RowData) -> list[tuple[str, str]]:
         )
 
     pairs = [
-        ("F_n", words(row.normal_force_N, row.normal_force_std_N, " N")),
-        ("F_t", words(row.tangential_force_N, row.tangential_force_std_N, " N")),
+        ("normal force", words(row.normal_force_N, row.normal_force_std_N, " N")),
+        ("tangential force", words(row.tangential_force_N, row.tangential_force_std_N, " N")),
         ("stick ratio", words(row.stick_ratio, row.stick_ratio_std, "")),
         (
             "readings",
@@ -131,7 +135,7 @@ def tolerance_html(found: ToleranceData) -> str:
         Page(
             title=title,
             heading=title,
-            lead=f"scene {found.scene} · {found.fidelity} · {found.seconds:.0f} s",
+            lead=f"scene {found.scene} · {FIDELITY_WORDS[found.fidelity]} · {found.seconds:.0f} s",
             first=chart,
             view=view_of(found),
             sections=[
@@ -146,9 +150,9 @@ def tolerance_html(found: ToleranceData) -> str:
 def _rows(rows: tuple[RowData, ...]) -> Table:
     columns = (
         "increment",
-        "F_n, N",
+        "normal force, N",
         "±",
-        "F_t, N",
+        "tangential force, N",
         "±",
         "stick ratio",
         "±",
