@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.analysis.verdicts import two_digits
+from fingerdesign.analysis.verdicts import FIDELITY_WORDS, two_digits
 from fingerdesign.errors import shown
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.files import whole_text
@@ -113,7 +113,7 @@ def _tolerance(data: _Data, _: Path) -> Look:
         ]
         for each in data["sources"]
     ]
-    what = f"tolerances of {data['design']} ({data['fidelity']})"
+    what = f"tolerances of {data['design']} ({FIDELITY_WORDS[data['fidelity']]})"
     headings = ("cause of scatter", "tolerance ±", "share of variance, %")
     return Look(what, (), (), facts, headings, rows)
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -79,9 +80,12 @@ def test_no_answer_is_taken_for_another_or_when_it_is_garbled(case, tmp_path, ow
     for other in (
         Case(softer, None, "plane-strain"),
         Case(case.design, case.path_scene, "plane-strain"),
-        Case(case.design, None, "plane-strain", fields=False),
         Case(case.design, None, "3d"),
         Case(case.design, None, "auto", tolerance=0.5),
+        *(
+            replace(case, **{name: not getattr(case, name)})
+            for name in ("grips", "fields", "studied", "for_page", "mesh_error")
+        ),
     ):
         assert cached_answer(other, tmp_path / "other") is None
     (cached,) = (tmp_path / "answers").iterdir()
