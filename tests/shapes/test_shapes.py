@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.shapes.faces import Border
 from fingerdesign.shapes.nurbs import Nurbs
 from fingerdesign.shapes.quadrics import Cone, Plane, Sphere, roots
@@ -176,3 +177,28 @@ def test_the_middle_of_a_circle_is_within_and_a_closed_face_has_no_beyond():
     assert Border(*circle(2.0, 60)).beyond(np.zeros((1, 3)))[0] == 0.0
     border = Border(*(np.zeros((0, 3)) for _ in range(6)))
     assert not border.beyond(np.ones((4, 3))).any()
+
+
+@pytest.mark.parametrize(
+    ("keys", "alike", "mirrors"),
+    [
+        ({"shape": "plane"}, True, True),
+        ({"shape": "plane", "tilt_deg": 5.0}, True, True),
+        ({"shape": "plane", "tilt_deg": 5.0, "turn_deg": 90.0}, False, False),
+        ({"shape": "cylinder", "radius_mm": 5.0}, True, True),
+        ({"shape": "cylinder", "radius_mm": 5.0, "turn_deg": 30.0}, False, False),
+        ({"shape": "cylinder", "radius_mm": 5.0, "turn_deg": 180.0}, True, True),
+        ({"shape": "cylinder", "radius_mm": 5.0, "axis": "x"}, False, True),
+        ({"shape": "sphere", "radius_mm": 5.0}, False, True),
+    ],
+)
+def test_which_objects_are_alike_in_every_section_and_which_mirror(keys, alike, mirrors):
+    given = SceneObject(**keys)
+    assert (given.plane_in_z, given.mirrors_in_z) == (alike, mirrors)
+    points = np.random.default_rng(2).uniform(-3.0, 3.0, (50, 3)) - [0.0, 9.0, 0.0]
+    here, farther, mirrored = (
+        given.made().distance(each)
+        for each in (points, points + [0.0, 0.0, 1.0], points * [1.0, 1.0, -1.0])
+    )
+    assert np.allclose(here, farther) == alike
+    assert np.allclose(here, mirrored) == mirrors
