@@ -166,6 +166,19 @@ def test_view_says_what_is_bad_in_each_kind_of_folder(record, tmp_path, terminal
         assert (data["record"], bool(data["bad"])) == (record, True)
 
 
+@pytest.mark.parametrize(
+    ("dimension", "angle", "inverted", "bad"),
+    [(2, 1.0, 0, False), (2, 1.0, 3, True), (3, 1.0, 0, True), (3, 40.0, 3, True), (3, 40.0, 0, 0)],
+)
+def test_a_mesh_is_bad_by_its_angles_in_space_and_its_inverted_elements(
+    dimension, angle, inverted, bad, tmp_path, terminal
+):
+    own = {"dimension": dimension, "min_dihedral_deg": angle, "inverted_elements": inverted}
+    (tmp_path / "quality.json").write_text(json.dumps(FOLDERS["quality.json"] | own))
+    (data,) = json.loads(terminal("view", tmp_path, "--json").out)
+    assert bool(data["bad"]) == bool(bad)
+
+
 def test_a_record_that_holds_nothing_is_refused(tmp_path, terminal):
     (tmp_path / "unlike.json").write_text(json.dumps(FOLDERS["unlike.json"] | {"summaries": {}}))
     assert "run its command again" in terminal("view", tmp_path, code=2).err

@@ -198,7 +198,7 @@ def test_which_objects_are_alike_in_every_section_and_which_mirror(keys, alike, 
     points = np.random.default_rng(2).uniform(-3.0, 3.0, (50, 3)) - [0.0, 9.0, 0.0]
     here, farther, mirrored = (
         given.made().distance(each)
-        for each in (points, points + [0.0, 0.0, 1.0], points * [1.0, 1.0, -1.0])
+        for each in (points, points + np.array([0.0, 0.0, 1.0]), points * [1.0, 1.0, -1.0])
     )
     assert np.allclose(here, farther) == alike
     assert np.allclose(here, mirrored) == mirrors
