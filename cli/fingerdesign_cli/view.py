@@ -162,7 +162,8 @@ def _view(place: Path) -> _View | _Other:
         result = read_result(place)
         return _View(place, result, detail_tables(result))
     except (*_WRONG, TemplateError) as error:
-        why = f"{type(error).__name__}: {error}"[:200]
+        lacks = isinstance(error, KeyError)  # whose text is the key
+        why = f"it has no {error}" if lacks else f"{type(error).__name__}: {error}"[:200]
         bound = "a result whose values can be shown"
         remedy = f"{why}; run its command again"
         raise DesignError([Fault("RESULT", place, bound, remedy)]) from error
