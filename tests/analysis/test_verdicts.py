@@ -5,8 +5,13 @@ from dataclasses import replace
 import pytest
 from fingerdesign_cli.terminal import LINES, WIDTH, print_table, say_block, shortened
 
-from fingerdesign.analysis.verdicts import verdict_view
-from fingerdesign.records.result import GageRemedy, Measurability, MeasuredState
+from fingerdesign.analysis.verdicts import best_area_share, verdict_view
+from fingerdesign.records.result import (
+    GageRemedy,
+    Measurability,
+    MeasuredState,
+    SlipStudySummary,
+)
 
 
 def seeing(change, *remedies):
@@ -160,3 +165,12 @@ def test_the_block_fits_its_lines_and_width(result, tmp_path, capsys):
         assert len(lines) <= LINES
         assert all(len(line) <= WIDTH for line in lines[:-1])
         assert lines[-1].startswith("report: ")
+
+
+def test_the_area_share_is_chosen_at_the_worst_friction():
+    """0.8 is needed, and 0.85 where the step index alone has 0.75."""
+    easy = SlipStudySummary(0.2, 0.9, None, 1.0, 0.1, rank_by_share=((0.4, 0.99), (0.6, 0.95)))
+    hard = SlipStudySummary(0.8, 0.7, None, 1.0, 0.1, 0.75, rank_by_share=((0.4, None), (0.6, 0.8)))
+    assert best_area_share((easy, hard)) == pytest.approx((0.6, 0.05))
+    assert best_area_share((easy,)) == pytest.approx((0.4, -0.19))
+    assert best_area_share(()) is None
