@@ -143,6 +143,21 @@ def test_plates_that_cannot_be_are_blamed_on_their_own_key(plates, expected):
     assert set(found) == {expected}
 
 
+def test_following_the_remedy_of_a_wide_pitch_of_holes_leaves_a_hole():
+    plates = {"hole_diameter_mm": 0.6, "span_mm": 4.0, "hole_pitch_mm": 3.0}
+    (fault,) = design_faults(design_of(plates=plates, gages={"length_mm": 0.2}))
+    assert fault.remedy == "lower it to at most 2.2"  # 4 mm less 1.5 diameters at either end
+    plates |= {"hole_pitch_mm": 2.2}
+    assert design_faults(design_of(plates=plates, gages={"length_mm": 0.2})) == []
+
+
+def test_the_plate_farthest_out_of_a_round_section_is_named():
+    body = {"shape": "revolved", "width_mm": 12.0}
+    plates = {"count": 3, "pitch_mm": 4.5, "offset_mm": 1.0, "span_mm": 6.0, "cover_mm": 3.0}
+    bounds = [fault.bound for fault in design_faults(design_of(body=body, plates=plates))]
+    assert any("plate 2 reaches" in bound for bound in bounds), bounds
+
+
 @pytest.mark.slow
 @QUICK
 @given(

@@ -3,11 +3,13 @@
 import pytest
 
 from fingerdesign.checks.load import load_design, parse_design, with_values
-from fingerdesign.design.grip import Grip
+from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.design.io import design_data, dump_design
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.design.starter import starter_text
 from fingerdesign.errors import DesignError
+from fingerdesign.layout.zone import approach_for
 
 TEXT = 'design.name = "a"\n'
 
@@ -36,6 +38,13 @@ def test_travel_and_steps_follow_stiffness_and_object():
     assert heavy.hold_force_N == pytest.approx(2.0 * stiff.hold_force_N, rel=0.01)
     assert heavy.curve_per_N == pytest.approx(0.5 * stiff.curve_per_N, rel=0.01)
     assert stiff.max_steps * stiff.approach_step_mm > stiff.max_approach_mm
+
+
+def test_the_fundamental_case_presses_with_four_thirds_of_what_holds_at_a_half():
+    design = parse_design(TEXT)
+    force = 4.0 / 3.0 * weight_per_finger(max(design.grip.masses_g)) / 0.5
+    deep = approach_for(design, SceneObject(), force)
+    assert design.grip.fundamental_approach_mm == pytest.approx(deep, rel=0.01)
 
 
 def test_a_value_that_is_given_stays_and_others_follow_it():
