@@ -170,6 +170,98 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert wire["size"].startswith("4 m, 0.1 mm")  # six, three across the bundle
 
 
+@pytest.mark.parametrize(
+    ("holding", "process", "bare", "wired"),
+    [
+        # 7 prints of 12 min, 2 sheets of 5 and 20 once; two coats of 15 beyond 40; 3 plates of 2;
+        # 6 slots of 1 and 6 bolts of 2 beyond 20; 6 legs of a half beyond 30.
+        ("comb", "sla", (45, 114, 70, 6, 0, 0, 0, 38, 40, 33, 0), (0, 0, 40)),
+        # 7 parts of 5 min without a sheet, and nothing to coat.
+        ("slots", "machined", (45, 55, 40, 6, 0, 0, 0, 38, 40, 33, 0), (0, 0, 10)),
+    ],
+)
+def test_hours_are_the_counts_times_the_minutes_of_each(hand_made, holding, process, bare, wired):
+    design, plan, meshes = hand_made(holding, process=process)
+    hours = hours_of(casting_of(plan, meshes, gage_fit(design)))
+    # 2 min a plate; 6 gages of 6, 12 thin joints of 5, 3 bundles of 3; half as long again to close
+    # over leads; a minute a leg beyond 30, an hour to calibrate.
+    wired = (*wired, 6, 36, 60, 9, 57, 40, 36, 60)
+    assert [60.0 * each["bare_h"] for each in hours] == pytest.approx(bare, abs=0.31)
+    assert [60.0 * each["wired_h"] for each in hours] == pytest.approx(wired, abs=0.31)
+    words = f"{sum(bare) / 60:.0f} h for the bare finger, {sum(wired) / 60:.0f} h more"
+    assert hours_words(hours).startswith(words)
+    longest = "make and clean the parts, 7 parts, 2 sheets, 2 h" if holding == "comb" else ", 1 h"
+    assert hours_words(hours).endswith(longest)
+
+
+def test_hours_of_thick_wire_of_film_and_of_outer_combs(hand_made):
+    """Thick joints take 3 min; film has no joints, but legs of 4 min; a leg is threaded twice."""
+    design, plan, meshes = hand_made(wire_mm=0.6)
+    steps = {each["step"]: each for each in hours_of(casting_of(plan, meshes, gage_fit(design)))}
+    assert steps["solder and seal leads"]["wired_h"] == pytest.approx(12 * 3 / 60)
+    plan = plan_mold(design := load_design("film_tees"))
+    steps = {each["step"]: each for each in hours_of(casting_of(plan, meshes, gage_fit(design)))}
+    plates = len(plan.frames)
+    assert steps["check films, connect legs"]["wired_h"] == pytest.approx(4 * plates / 60, abs=0.01)
+    assert "bond gages" not in steps
+    assert steps["thread plates, close the mold"]["counts"] == f"{4 * plates} slots, 2 bolts"
+
+
+def test_what_is_ordered_is_said_with_its_sizes_and_numbers(hand_made):
+    design, plan, meshes = hand_made()
+    rows = {row["item"]: row for row in bill_of_materials(casting_of(plan, meshes, None))}
+    assert "plate_A: 7 of 0.1 mm" in rows["plate_A"]["words"]  # twice 3, and one to spare
+    assert rows["plate_A"]["size"] == "2.00 x 16.60 mm, 0.1 mm thick"
+    assert (rows["plate_A, for the bare finger"]["count"], rows["base_plate"]["count"]) == (3, 2)
+    assert rows["comb_front"]["size"] == "20.0 x 12.0 mm, 0.3 mm thick"
+    assert rows["comb_front"]["words"].endswith("edges to 0.01 mm")
+    assert rows["side_wall_left"]["size"].endswith("x 12.0 x 10.0 mm, 1.19 cm³")
+    assert rows["elastomer, mixed"]["size"].endswith("with 15 % excess")
+    assert rows["solder and flux"]["size"] == "12 joints"
+    order = ["order today", "make", "buy", "have"]
+    assert list(dict.fromkeys(row["when"] for row in rows.values())) == order
+    machined = hand_made("slots", process="machined")
+    rows = {row["item"]: row for row in bill_of_materials(casting_of(*machined[1:], None))}
+    assert rows["contact_insert"]["when"] == "order today"
+    assert rows["contact_insert"]["material"] == "aluminium"
+    assert "barrier coat" not in rows
+
+
+def test_gages_are_ordered_by_whole_packs_and_films_by_their_drawing(hand_made):
+    design = load_design("film_tees")
+    own = gage_fit(with_values(load_design("wide"), {"gages.kind": "silicon_bar_15"})).found
+    own = own.model_dump() | {"name": "mine", "least_order": 10}
+    bars = {"mold.gage_types": [own], "gages.kind": "mine"}
+    words = []
+    for each in (design, with_values(load_design("wide"), bars)):
+        found = bill_of_materials(casting_of(plan_mold(each), hand_made()[2], gage_fit(each)))
+        gages = next(row for row in found if row["item"] == "strain gage")
+        words.append((gages["count"], gages["words"], gages["size"]))
+    # Eleven plates and three to spare, on both faces; 21 plates and five to spare.
+    assert [count for count, *_ in words] == [28, 52]
+    film, bar = (text for _, text, _ in words)
+    assert "6 traces a plate" in film
+    assert film.endswith("on 2 faces: grid 0.32 x 1 mm, 350 ohm, 28 gages; some 8 weeks")
+    assert bar == "60 of mine (grid 1.2 x 2 mm, 500 ohm), at least 10 a pack"
+    assert words[1][2].endswith("mine, 1.52 mm x 0.2 mm in all")
+
+
+def test_hardware_is_as_long_as_what_it_holds():
+    """Core pins reach from the wall's outside into the core; dowels have half in each part."""
+    plan = plan_mold(shipped("boned"))
+    sizes = {item.item: item.size for item in hardware(plan)}
+    assert sizes["core pin"] == f"2 mm, {plan.half_depth + plan.wall_z - 1.8:.2f} mm or longer"
+    screwed = plan_mold(shipped("boned", body__core__bottom_mm=0.0))
+    (screw,) = (item for item in hardware(screwed) if item.item == "core screw")
+    assert (screw.count, screw.size) == (2, "for a 2.4 mm hole, 4 mm plate")
+    assert [item.size for item in hardware(screwed) if item.item == "bolt"] == [
+        "M3 x 30, clamps 22.51 mm",
+        "M3 x 40, clamps 31.3 mm",
+    ]
+    flange = plan_mold(shipped("boned", mold__mount="iso9409"))
+    assert {item.item: item.count for item in hardware(flange)}["hand screw"] == 4
+
+
 def test_hours_without_plates_are_of_a_bare_casting_alone(hand_made):
     """No gage, lead or plate is counted, nor a wired finger; the words leave its hours out."""
     design = with_values(hand_made()[0], {"plates.count": 0})
