@@ -127,6 +127,47 @@ def test_a_plate_that_is_off_alone_changes_no_more_than_is_reported(three, secti
         assert 0.3 * reported["gages"][1][name] < alone < 1.1 * reported["gages"][1][name]
 
 
+def test_each_number_of_the_effect_is_the_worst_or_the_mean_of_the_plates_own(three, reported):
+    gages, changes = reported["gages"], reported["changes"]
+    for each in (*changes, {**reported["together"], "name": "together"}):
+        own = [gage[each["name"]] for gage in gages]
+        assert each["worst"] == pytest.approx(max(own))
+        assert each["worst_plate"] == int(np.argmax(own))
+    assert [each["unit"] for each in changes] == ["mm", "mm", "degrees"]
+    plan = plan_mold(three)
+    off = np.max([tolerances(plan, k) for k in range(3)], axis=0)
+    assert [each["largest"] for each in changes] == pytest.approx(
+        [off[0], off[0], off[1]], abs=1e-6
+    )
+    assert (reported["tolerance_mm"], reported["angle_deg"]) == pytest.approx(tuple(off), abs=1e-6)
+    # Plates of 45 degrees whose upper ends lie 1.2 mm below the surface, at x = -1.5, 0, 1.5 mm.
+    assert [gage["x_mm"] for gage in gages] == [-1.5, 0.0, 1.5]
+    crest = 6.0 + 20.0 - np.sqrt(20.0**2 - 8.0**2)
+    heights = [crest - frame.y for frame in plate_frames(three)]
+    drop = 20.0 - np.sqrt(20.0**2 - 1.5**2)
+    assert [gage["surface_mm"] for gage in gages] == pytest.approx(
+        [heights[0] - drop, heights[1], heights[2] - drop], abs=1e-4
+    )
+    deepest = 0.1 / 8.22 * crest  # the fundamental case's share of the height
+    assert np.ravel(reported["increments_mm"]) == pytest.approx(
+        deepest * np.array([0.5, 0.0, 1.0, 0.0, 1.0, 0.4, 1.0, 0.8]), abs=1e-5
+    )
+
+
+def test_the_whole_row_moves_all_plates_alike(three, section, reported):
+    _, _, _, found = section
+    most = np.abs(found.readings.reading).max(axis=1)[:, None]
+    row = reported["row"]
+    assert [each["name"] for each in row["changes"]] == ["along_x", "in_height"]
+    shares = []
+    for k, off in enumerate(row_tolerances(plan_mold(three))):
+        shares.append(np.abs(off * found.reading[:, :, 3 * k : 3 * k + 3].sum(axis=2)) / most)
+        assert row["changes"][k]["worst"] == pytest.approx(shares[k].max())
+        assert row["changes"][k]["rms"] == pytest.approx(np.sqrt((shares[k] ** 2).mean()))
+    assert row["together"]["worst"] == pytest.approx(np.hypot(*shares).max())
+    assert (row["seated"], reported["friction_coefficient"]) == (True, 0.5)
+
+
 @pytest.mark.slow
 def test_the_effect_in_space_is_as_large(three, reported):
     """Half a model in 3-D, with gages' leads: as large as in plane strain, within a factor of two
@@ -169,6 +210,7 @@ def test_what_holds_a_plate_says_how_far_it_may_be_off(three, holding, off, slop
         ("count = 0", "no plates"),
         ('count = 3\nalong = "z"\nspan_mm = 6.0', "rows along z"),
         ("count = 3\nspan_mm = 2.0\nspan_offset_mm = 2.5", "cuts no plate"),
+        ("count = 3\nspan_mm = 2.0\nspan_offset_mm = -1.0", "cuts no plate"),  # it ends there
     ],
 )
 def test_where_the_section_shows_no_plate_the_reason_is_reported(text, why):

@@ -3,6 +3,7 @@
 import re
 import tomllib
 
+import numpy as np
 import pytest
 
 from fingerdesign.checks.load import load_design, with_values
@@ -64,6 +65,45 @@ def test_each_reason_names_the_lines_that_mend_it(keys, placement, leads, words,
     for some, expected in ((found["reasons"], words), (found["fix"], fix)):
         assert len(some) == len(expected)
         assert all(each in got for each, got in zip(expected, some, strict=True))
+
+
+def test_the_verdict_has_the_worst_numbers_and_takes_those_at_their_bounds():
+    """Plates among each other and the whole row count by the root of their squares."""
+    design = shipped("film_tees")
+    fit, row = gage_fit(design), {"together": {"worst": 0.8 * MOST_ERROR}}
+    placed, led = {**PLACED, "together": {"worst": 0.6 * MOST_ERROR}, "row": row}, {**LED}
+    led["reading_error"] = MOST
+    found = sensor_of(design, fit, placed, led)
+    assert found["ready"] is True
+    assert (found["reading_error"], found["lead_error"]) == (pytest.approx(MOST_ERROR), MOST)
+    assert (found["gage"], found["to_measure"]) == ("sputtered_film", True)
+    worse = sensor_of(design, fit, {**placed, "together": {"worst": 0.61 * MOST_ERROR}}, led)
+    assert len(worse["reasons"]) == 1
+    unknown = sensor_of(design, fit, UNKNOWN, UNKNOWN)
+    assert (unknown["reading_error"], unknown["lead_error"], unknown["ready"]) == (
+        None,
+        None,
+        False,
+    )
+    none = sensor_of(with_values(design, {"plates.count": 0}), None, placed, led)
+    assert (none["reading_error"], none["lead_error"], none["gage"]) == (None, None, None)
+
+
+def test_leads_are_as_stiff_as_their_metal_and_over_a_plate_that_is_pulled_along_z():
+    """Six wires of 0.08 mm copper; polyimide of 0.075 mm, 0.53 mm long."""
+    wires = {"mold.leads": "wires", "gages.leads.kind": "wire", "gages.leads.diameter_mm": 0.08}
+    design = with_values(shipped("film_tees"), wires)
+    found = leads_effect(design, None)
+    stiffness = 6 * 120e3 * np.pi * 0.08**2 / 4
+    assert (found["number"], found["kind"], found["course"]) == (6, "wire", "z")
+    assert found["stiffness_N"] == pytest.approx(stiffness)
+    modulus = design.material_of("plates").youngs_modulus_MPa
+    plate = modulus * design.plates.thickness_mm * design.plates.length_mm
+    assert found["over_plate"] == pytest.approx(stiffness / plate)
+    assert "no gage fits" in found["reason"]
+    bare = with_values(design, {"plates.model": "none"})
+    assert "left out" in leads_effect(bare, gage_fit(shipped("film_tees")).found)["reason"]
+    assert leads_effect(with_values(design, {"plates.count": 0}), None)["over_plate"] == 0.0
 
 
 def test_a_type_without_source_price_and_weeks_is_not_offered():

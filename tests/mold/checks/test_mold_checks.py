@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
-from fingerdesign.mold.checks.assembly import assemble
+from fingerdesign.mold.checks.assembly import assemble, planned
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.checks.shells import part_checks
-from fingerdesign.mold.checks.venting import high_points
+from fingerdesign.mold.checks.venting import beyond_openings, high_points
+from fingerdesign.mold.checks.walls import clearance_checks
 from fingerdesign.mold.part import BASE, INSERT, RUBBER
-from fingerdesign.mold.plan.pieces import Bolt
+from fingerdesign.mold.plan.pieces import Bolt, OuterComb
 from fingerdesign.mold.products.casting import silicone_of
-from fingerdesign.mold.solids import curved_area, solid_of
+from fingerdesign.mold.solids import curved_area, inside, solid_of, thicknesses
 from tests.support.as_planned import as_planned
 from tests.support.molds import BOX, CORNERS, meshed
 
@@ -176,6 +177,50 @@ def test_limits_of_the_plan_and_its_slots(made):
     small = made.planned(sides=(replace(side, slots=slots), *made.plan.sides[1:]))
     names = {f"{what}, side +z" for what in ("planned slots", "planned webs", "room of plates")}
     assert names <= set(missed(small))
+
+
+@pytest.mark.parametrize(("gap", "ok"), [(0.31, True), (0.28, False)])
+def test_an_outer_comb_that_the_insert_would_clamp_is_found(made, gap, ok):
+    slots = made.plan.by_side["+z"].slots
+    outer = OuterComb(slots, (0.0, 1.0), 12.0, 2.0, 18.0)
+    side = replace(made.plan.by_side["+z"], outer=outer)
+    plan = replace(made.plan, sides=(side, *made.plan.sides[1:]))
+    part = replace(made.meshes.part(BASE), name="comb_front_outer")
+    comb = made.box((-12.0, 2.0, 13.0 + gap), (12.0, 18.0, 13.3 + gap)).to_mesh64()
+    points = np.array(comb.vert_properties)[:, :3]
+    part = replace(part, vertices=points, triangles=np.array(comb.tri_verts, dtype=np.int64))
+    meshes = replace(made.meshes, parts=(*made.meshes.parts, part))
+    (check,) = clearance_checks(assemble(plan, meshes), None)
+    assert (check.ok, check.measured, check.bound) == (ok, pytest.approx(gap), 0.3)
+
+
+def test_high_points_are_measured_from_the_edge_of_the_nearest_opening(made):
+    """The vent at (9, 4) is 1 mm wide, the slot 3.2 x 0.4 mm at (0, 8) on the faces z = -+5."""
+    points = np.array([[9.0, 0.0, 0.5], [-9.0, 0.3, -4.9], [0.0, 8.2, 4.0], [3.6, 8.0, -5.0]])
+    beyond = beyond_openings(made.plan, points)
+    assert beyond == pytest.approx([3.0, np.hypot(0.4, 0.3), 1.0, 2.0])
+
+
+def test_places_in_planned_openings_need_no_part_behind_them(made):
+    """A lock is 3 mm wide outside; the slot's long half is 1.6, its short one 0.2 mm."""
+    there = [[6.5, -0.1, 0.0], [1.6, 8.2, 6.0], [1.6, 8.2, -6.0], [0.0, 8.0, 6.0]]
+    away = [[6.6, -0.1, 0.0], [1.7, 8.0, 6.0], [0.0, 8.3, 6.0], [6.0, 0.1, 0.0]]
+    assert planned(made.plan, np.array(there), 0.05).tolist() == [True] * 4
+    assert planned(made.plan, np.array(away), 0.05).tolist() == [False] * 4
+    seamed = replace(made.plan, seam=0.15)
+    ends = np.array([[10.0, 0.19, 5.0], [10.0, 0.21, 5.0]])
+    assert planned(seamed, ends, 0.05).tolist() == [True, False]
+
+
+def test_rays_measure_walls_and_tell_inside_from_outside(made):
+    box = made.box((0.0, 0.0, 0.0), (1.0, 2.0, 3.0))
+    points = np.array([[0.5, 0.5, 0.0], [0.5, 0.0, 1.0], [1.0, 1.0, 1.0]])
+    normals = np.array([[0.0, 0.0, -1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
+    assert thicknesses(box, points, normals) == pytest.approx([3.0, 2.0, 1.0])
+    places = np.array([[0.9, 1.9, 2.9], [1.1, 1.0, 1.0], [0.1, 0.1, 0.1], [0.5, -0.1, 1.0]])
+    assert inside(box, places).tolist() == [True, False, True, False]
+    hollow = box - made.box((0.2, 0.2, 0.2), (0.8, 1.8, 2.8))
+    assert inside(hollow, np.array([[0.1, 1.0, 1.0], [0.5, 1.0, 1.0]])).tolist() == [True, False]
 
 
 def test_silicone_to_mix(made):

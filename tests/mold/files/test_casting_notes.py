@@ -208,7 +208,7 @@ def test_hours_of_thick_wire_of_film_and_of_outer_combs(hand_made):
 
 
 def test_what_is_ordered_is_said_with_its_sizes_and_numbers(hand_made):
-    design, plan, meshes = hand_made()
+    _, plan, meshes = hand_made()
     rows = {row["item"]: row for row in bill_of_materials(casting_of(plan, meshes, None))}
     assert "plate_A: 7 of 0.1 mm" in rows["plate_A"]["words"]  # twice 3, and one to spare
     assert rows["plate_A"]["size"] == "2.00 x 16.60 mm, 0.1 mm thick"

@@ -103,3 +103,43 @@ def test_every_part_is_put_once_and_what_is_drawn_is_taken(hand_made, fixture):
             meshes = aids.get(name, ())
             assert {mesh.name for mesh in meshes} <= there
             assert meshes or name not in aids or name.startswith("core_pins"), name
+
+
+def bounds_of(aids, name, number=0):
+    points = aids[name][number].vertices
+    return [*points.min(axis=0), *points.max(axis=0)]
+
+
+def test_aids_lie_where_they_are_put(hand_made):
+    """The block is 20 x 12 x 10 mm; its three plates, 2 x 10 x 0.1 mm, lie level at y = 10."""
+    design, plan, made = hand_made()
+    aids, x, z = aids_of(casting_of(plan, made, None)), plan.reach_x, plan.reach_z
+    assert len(aids["gages"]) == 3 * 2 * 2  # a gage and its leads on either face
+    assert bounds_of(aids, "gages") == pytest.approx([-5.5, 10.05, -0.5, -4.5, 10.11, 0.5])
+    lead, below = bounds_of(aids, "gages", 1), bounds_of(aids, "gages", 2)
+    assert lead == pytest.approx([-5.125, 10.05, 0.5, -4.875, 10.11, 5.0])
+    assert below == pytest.approx([-5.5, 9.89, -0.5, -4.5, 9.95, 0.5])
+    assert bounds_of(aids, "clay_windows") == pytest.approx([*(-6.51, 9.44, 5.3), 6.51, 12.0, z])
+    # Bands of 1.5 mm: around walls, around all from base to top, and around the packet.
+    assert bounds_of(aids, "bands") == pytest.approx(
+        [-x - 1.5, 4.5, -z - 1.5, x + 1.5, 7.5, z + 1.5]
+    )
+    assert bounds_of(aids, "band_base")[1::3] == pytest.approx([-4.0 - 1.5, 18.0 + 1.5])
+    assert bounds_of(aids, "band_packet")[2::3] == pytest.approx([-5.0 - 1.5, 5.0 + 1.5])
+    # Tape of 6 mm over each seam of a flank, and over the one of its walls and the insert.
+    assert bounds_of(aids, "tape", 1)[1:3] == pytest.approx([0.0, 2.0])
+    assert bounds_of(aids, "tape", 1)[4:] == pytest.approx([12.0, 8.0])
+    assert bounds_of(aids, "tape", 2)[1::3] == pytest.approx([9.0, 15.0])
+    # Legs are cut 1.5 mm outside the comb's 0.3 mm; their tabs end 3 mm outside.
+    assert bounds_of(aids, "leg_stubs")[2::3] == pytest.approx([5.0, 6.8])
+    assert bounds_of(aids, "leg_ends", 1)[2::3] == pytest.approx([-8.3, -6.8])
+    # An M3 bolt along y, through base frame, walls and insert: three diameters beyond both ends.
+    assert bounds_of(aids, "bolts_y")[1::3] == pytest.approx([-6.0 - 3.4, 18.0 + 3.4])
+    rubber = bounds_of(aids, "rubber_cell")
+    assert rubber == pytest.approx([-1.0 - 2.0, 7.95, -5.0, 6.0 + 2.0, 12.05, 5.0])
+    slotted = hand_made("slots", process="machined")[1]
+    dowel, pin = bounds_of(aids_of(casting_of(slotted, made, None)), "dowels"), slotted.pins[0]
+    assert dowel[2::3] == pytest.approx([5.0 - 0.5 * pin.length, 5.0 + 0.5 * pin.length])
+    clay = bounds_of(aids_of(casting_of(slotted, made, None)), "clay_slots")
+    assert clay[2::3] == pytest.approx([slotted.reach_z, slotted.reach_z + 1.0])
+    assert clay[4] - clay[1] == pytest.approx(0.5 + 2 * 0.5)
