@@ -11,10 +11,25 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.outcome import Outcome
+from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.search.compare.recommend import fails_purpose
-from fingerdesign.search.optimise.confirm import confirm, judge
-from fingerdesign.search.optimise.optimise import ABSENT, Search, refuse_aimless, reported, searched
+from fingerdesign.search.optimise.confirm import (
+    Judged,
+    Optimised,
+    confirm,
+    front_of,
+    judge,
+    promising,
+    volumes,
+)
+from fingerdesign.search.optimise.optimise import (
+    ABSENT,
+    Search,
+    Tried,
+    refuse_aimless,
+    reported,
+    searched,
+)
 from fingerdesign.search.optimise.page import verdict, write_optimised
 from fingerdesign.search.optimise.sensitivity import WEAK, sensitivities
 from fingerdesign.search.optimise.trials import Trials
@@ -225,6 +240,76 @@ def test_dominance_and_what_adds_no_volume():
     assert most_volume(front, np.ones(2), 1) in ((1,), (2,))
     assert {0, 3} < set(most_volume(front, np.ones(2), 3))  # it spreads
     assert most_volume(np.array([[0.5, 0.5], [2.0, 2.0]]), np.ones(2), 2) == (0,)  # and stops
+
+
+def judged(name, *losses, feasible=True):
+    return Judged(name, np.array(losses), {}, feasible)
+
+
+A, B, C = judged("a", 1.0, 3.0), judged("b", 2.0, 2.0), judged("c", 3.0, 1.0)
+BEHIND, BARRED = judged("d", 3.0, 3.0), judged("e", 0.0, 0.0, feasible=False)
+
+
+@pytest.mark.parametrize(
+    ("reference", "volume"),
+    [
+        # Squares up to 3.2, a tenth of the front's range beyond its worst end.
+        ((2.5, 2.5), (0.04, 0.44, 1.64, 1.84, 1.84)),
+        # Squares up to the reference, which is farther.
+        ((9.0, 9.0), (36.0, 48.0, 55.0, 61.0, 61.0)),
+    ],
+)
+def test_volumes_grow_trial_by_trial_and_end_where_the_reference_does(reference, volume):
+    every = (BEHIND, A, B, C, BARRED)
+    found = volumes(every, judged("r", *reference))
+    assert found == pytest.approx([each / volume[-1] for each in volume])
+    assert volumes((BARRED, BARRED), judged("r", *reference)) == (0.0, 0.0)
+
+
+def test_the_front_is_of_feasible_fingers_and_the_most_promising_come_first():
+    every, reference = (BEHIND, A, B, C, BARRED), judged("r", 2.5, 2.5)
+    assert front_of(every) == (1, 2, 3)
+    assert [each.dominates(reference) for each in every] == [False, False, True, False, False]
+    assert not B.better_in_all(judged("r", 2.0, 2.5))
+    assert B.dominates(judged("r", 2.0, 2.5))
+    assert B.better_in_all(reference)
+    assert not B.dominates(replace(reference, failure="no mesh"))
+    # Only b adds volume below the reference; of the others the nearer to the best ends is next.
+    assert promising((A, B, judged("f", 4.0, 1.5)), (0, 1, 2), reference, 2) == (1, 0)
+    assert promising(every, (1, 2, 3), judged("r", 0.0, 0.0), 1) == (2,)
+    assert promising(every, (1, 2, 3), reference, 0) == ()
+
+
+def test_a_trial_is_judged_by_its_worst_scene_and_its_failures_are_counted():
+    study = parse_study(STUDY.replace('metric = "peak_force_N"', 'metric = "least_margin"'))
+    common = {"digest": "d", "values": {}, "design": {}, "scene": "a", "fidelity": "plane-strain"}
+
+    def scene(name, error, margin, **more):
+        metrics = {"stick_error": error, "least_margin": margin, "grip_success": 1.0}
+        return Outcome(**common, name=name, **({"status": "ok", "metrics": metrics} | more))
+
+    def broken(kind):
+        return scene("x", 0.1, 1.0, status="failed", failure=Failure(kind, f"it {kind}"))
+
+    found = judge(study, [scene("n", 0.1, 1.2), scene("n", 0.3, 1.4)])
+    assert found.losses.tolist() == [0.3, -1.2]
+    assert (found.metrics["stick_error"], found.metrics["least_margin"]) == (0.3, 1.2)
+    assert (found.feasible, found.failure) == (True, "")
+    lost = judge(study, [scene("n", 0.1, 1.2), broken("crashed")])
+    assert (lost.feasible, lost.failure) == (False, "it crashed")
+    assert lost.losses.tolist() == [ABSENT, ABSENT]
+    assert set(lost.metrics.values()) == {None}
+    assert judge(study, [scene("n", 0.1, None)]).failure == "misses an objective"
+    tried = tuple(
+        Tried(k, (each,))
+        for k, each in enumerate(
+            [scene("n", 0.1, 1.0), broken("invalid"), broken("crashed"), broken("timeout")], 1
+        )
+    )
+    own = tuple(judge(study, each.outcomes) for each in tried)
+    counts = Optimised(search_of(), tried, own, own[0], (1,), (), (1.0,) * 4).counts()
+    assert (counts["trials"], counts["invalid"], counts["failed"]) == (4, 1, 2)
+    assert (counts["front"], counts["dominate_reference"], counts["confirmed"]) == (1, 0, 0)
 
 
 @pytest.mark.parametrize("objectives", [2, 3, 4])

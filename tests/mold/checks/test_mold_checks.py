@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
-from fingerdesign.mold.checks.assembly import assemble, planned
+from fingerdesign.mold.checks.assembly import assemble, from_slot, planned
 from fingerdesign.mold.checks.run import run_checks
 from fingerdesign.mold.checks.shells import part_checks
 from fingerdesign.mold.checks.venting import beyond_openings, high_points
 from fingerdesign.mold.checks.walls import clearance_checks
 from fingerdesign.mold.part import BASE, INSERT, RUBBER
-from fingerdesign.mold.plan.pieces import Bolt, OuterComb
+from fingerdesign.mold.plan.pieces import Bolt, OuterComb, Slot
 from fingerdesign.mold.products.casting import silicone_of
 from fingerdesign.mold.solids import curved_area, inside, solid_of, thicknesses
 from tests.support.as_planned import as_planned
@@ -210,6 +210,19 @@ def test_places_in_planned_openings_need_no_part_behind_them(made):
     seamed = replace(made.plan, seam=0.15)
     ends = np.array([[10.0, 0.19, 5.0], [10.0, 0.21, 5.0]])
     assert planned(seamed, ends, 0.05).tolist() == [True, False]
+
+
+def test_a_slot_is_turned_as_its_plate_and_its_mouth_is_open_below_it_up_to_its_depth():
+    """Along 30 degrees 2 mm long, 0.4 wide; below it, up to 4 mm out, open down to y = 6."""
+    slot = Slot(0, "+z", 1.0, 8.0, 30.0, 2.0, 0.4)
+    along, across = np.array([0.75**0.5, 0.5, 0.0]), np.array([-0.5, 0.75**0.5, 0.0])
+    places = [1.5 * along, -1.5 * along, 0.5 * across, -0.1 * across, 1.3 * along + 0.6 * across]
+    points = np.array([1.0, 8.0, 5.0]) + np.array(places)
+    assert from_slot(slot, points) == pytest.approx([0.5, 0.5, 0.3, -0.1, 0.5])
+    assert np.isnan(from_slot(slot, points * [1.0, 1.0, -1.0])).all()
+    mouthed = replace(slot, angle_deg=0.0, mouth=(4.0, 6.0))
+    below = np.array([[1.0, 6.5, 3.5], [1.0, 5.75, 3.5], [1.0, 6.5, 4.25], [1.0, 9.0, 3.5]])
+    assert from_slot(mouthed, below) == pytest.approx([-0.5, 0.25, 0.25, 0.8])
 
 
 def test_rays_measure_walls_and_tell_inside_from_outside(made):

@@ -112,7 +112,7 @@ def bounds_of(aids, name, number=0):
 
 def test_aids_lie_where_they_are_put(hand_made):
     """The block is 20 x 12 x 10 mm; its three plates, 2 x 10 x 0.1 mm, lie level at y = 10."""
-    design, plan, made = hand_made()
+    _, plan, made = hand_made()
     aids, x, z = aids_of(casting_of(plan, made, None)), plan.reach_x, plan.reach_z
     assert len(aids["gages"]) == 3 * 2 * 2  # a gage and its leads on either face
     assert bounds_of(aids, "gages") == pytest.approx([-5.5, 10.05, -0.5, -4.5, 10.11, 0.5])
