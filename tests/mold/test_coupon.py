@@ -43,6 +43,14 @@ def test_the_bar_has_what_its_rows_say(process):
     assert {round(size, 4) for size in walls.sizes} <= widths
 
 
+def test_the_cell_has_the_two_in_the_middle_of_a_row_or_its_only_plate():
+    found = cell_plates(plan_mold(shipped("maeno2000")))
+    assert [frame.index for frame in found] == [7, 8]  # of 15
+    (one,) = cell_plates(plan_mold(shipped("maeno2000", plates__count=1)))
+    assert one.index == 0
+    assert cell_plates(plan_mold(shipped("maeno2000", plates__count=0))) == ()
+
+
 @pytest.mark.parametrize("name", ["maeno2000", "both_ways", "pin"])
 def test_the_cell_holds_two_plates_of_the_finger_as_the_mold_does(name):
     design = shipped(name)

@@ -1,5 +1,7 @@
 """The mount: the receiver slides onto the base plate and holds it; webs are exact distances."""
 
+from dataclasses import replace
+
 import cadquery as cq
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from fingerdesign.mold.cad.features import features_of
 from fingerdesign.mold.cad.mount import build_mount
 from fingerdesign.mold.part import BASE
 from fingerdesign.mold.plan.mount import HEAD_MM, flange_holes
+from fingerdesign.mold.plan.pieces import BaseHole
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
 from fingerdesign.mold.solids import least_distance
@@ -51,6 +54,23 @@ def test_a_flange_whose_screws_would_be_below_the_base_plate_is_refused(mounted)
         plan_mold(with_values(mounted[0].design, large | {"mold.mount": "iso9409"}))
 
 
+@pytest.mark.parametrize(
+    ("changes", "groove"),
+    [
+        # A wall of 1.05 mm above and below it in a plate of 4 mm, of 3 mm, of 2.4 mm.
+        ({}, (1.0, -2.95, -1.75)),
+        ({"base": 3.0}, (1.0, -1.95, -1.05)),
+        ({"base": 2.4}, None),
+        # The plate is 0.8 mm wider than the finger, or has a hole that ends 1.5 mm from its edge.
+        ({"mount_x": 11.8, "base_holes": ()}, (0.75, -2.95, -1.75)),
+        ({"base_holes": (BaseHole("lock", -10.0, 0.0, 2.0, 3.0),)}, (0.45, -2.95, -1.75)),
+    ],
+)
+def test_the_groove_leaves_walls_around_it(mounted, changes, groove):
+    found = replace(mounted[0], **changes).groove
+    assert found == (groove if groove is None else pytest.approx(groove))
+
+
 def test_screws_heads_have_room_and_inserts_a_wall_between_them():
     plan = plan_mold(shipped("film_tees", mold__mount="iso9409"))
     (receiver,) = build_mount(plan)
@@ -60,7 +80,7 @@ def test_screws_heads_have_room_and_inserts_a_wall_between_them():
         assert receiver.solid.intersect(head).Volume() < 1e-6
     slim = plan_mold(shipped("homogeneous", body__width_mm=4.0, body__arc_radius_mm=8.0))
     (one, _, wide), (other, *_) = flange_holes(slim)
-    assert abs(one - other) >= wide + 2.0
+    assert abs(one - other) == pytest.approx(wide + 2.0)
 
 
 def test_the_least_distance_of_outlines_is_exact():

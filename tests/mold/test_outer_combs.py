@@ -6,7 +6,8 @@ import pytest
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.mold.placement import row_tolerances, tolerances
 from fingerdesign.mold.plan.fixture.outer import bow, push_of
-from fingerdesign.mold.plan.pieces import Slot, direction
+from fingerdesign.mold.plan.pieces import Slot, direction, slot_corners
+from fingerdesign.mold.plan.plan import spacer_height
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.slots import turned_bar, ways, webs
 
@@ -30,6 +31,17 @@ def test_one_slide_pushes_every_leg_onto_a_face_and_an_end(angles, least):
 
 def test_no_slide_pushes_legs_that_stand_across_each_other_in_every_way():
     assert push_of([slot(angle) for angle in (5.0, 60.0, 120.0, 175.0)]) is None
+
+
+def test_outer_combs_reach_around_slots_and_bolts_which_clamp_them_too():
+    """Its bolts of 3.4 mm pass them with 0.15 mm of room and a millimetre of strip."""
+    plan = plan_mold(load_design("maeno2000"))
+    bolt, outer = plan.bolts[0], plan.by_side["+z"].outer
+    assert outer.half == pytest.approx(abs(bolt.first) + 1.7 + 0.15 + 1.0)
+    assert outer.low == pytest.approx(bolt.second - 1.7 - 0.15 - 1.0)
+    assert outer.high == pytest.approx(slot_corners(outer.slots)[..., 1].max() + 1.0)
+    assert (bolt.low, bolt.high) == pytest.approx((-plan.reach_z - 0.3, plan.reach_z + 0.3))
+    assert spacer_height(plan) == pytest.approx(0.3 + 3.0)  # the outer sheet, and the tabs
 
 
 @pytest.mark.parametrize("name", ["maeno2000", "domed", "tees"])

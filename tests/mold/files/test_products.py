@@ -13,6 +13,7 @@ from manifold3d import Manifold
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.layout.volume import enclosed_volume as volume
+from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.casting import casting_of
@@ -47,6 +48,20 @@ def test_like_plates_are_cut_alike_with_their_gages():
     assert np.ptp(only.gage, axis=0) == pytest.approx([0.5, 1.0])
 
 
+def test_plates_that_differ_in_a_leg_or_their_thickness_are_cut_apart():
+    plan = plan_mold(shipped("maeno2000"))
+    leg, *legs = plan.legs
+    longer = replace(plan, legs=(replace(leg, tip=leg.tip + 0.5), *legs))
+    frame, *frames = plan.frames
+    thicker = replace(plan, frames=(replace(frame, thickness=0.2), *frames))
+    for changed in (longer, thicker):
+        found = flat_patterns(changed)
+        assert [each.plates for each in found] == [(0,), tuple(range(1, 15))]
+        assert [each.name for each in found] == ["plate_A", "plate_B"]
+    one, other = (np.ptp(each.outline, axis=0)[1] for each in flat_patterns(longer))
+    assert one - other == pytest.approx(0.5)
+
+
 def test_bent_perforated_plates_keep_their_holes_and_their_bend():
     plan, found = patterns_of(shipped("boned"))
     assert sorted(plate for each in found for plate in each.plates) == [0, 1, 2, 3, 4]
@@ -70,6 +85,9 @@ def test_plates_along_z_are_another_kind_and_legs_displace_little_rubber():
     plan = plan_mold(design)
     assert plan.legs_volume == pytest.approx(26 * 1.0 * 0.1 * 3.0)
     assert 1e-4 < plan.legs_share < 1e-2
+    shrunk = plan_mold(shipped("domed", mold__shrinkage=0.1))  # the outline is larger, metal not
+    outline = outline_volume(design.body) / 0.9**3
+    assert shrunk.legs_share == pytest.approx(shrunk.legs_volume / outline)
 
 
 def comb(axis="z", exact=72.0 * 0.3, hole=None):
