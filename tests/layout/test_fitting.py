@@ -3,6 +3,7 @@
 import pytest
 
 from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import shipped_types
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.fitting import (
@@ -12,6 +13,7 @@ from fingerdesign.layout.fitting import (
     sheet_words,
     stiffness_words,
 )
+from fingerdesign.layout.summary import summarise
 
 BASE = """
 design.name = "gages"
@@ -145,3 +147,20 @@ def test_a_finger_without_plates_needs_no_gages(small):
     assert gage_fit(bare) is None
     assert gage_words(bare, None) is None
     assert not sheet_words(bare)
+
+
+def test_a_summary_has_the_least_distances_of_the_plates_own_points():
+    """Three plates of 2 x 10 x 0.1 mm, 5 mm apart, in a block of 20 x 12 x 10 mm."""
+    body = {"shape": "block", "width_mm": 20.0, "base_height_mm": 12.0, "depth_mm": 10.0}
+    plates = {"count": 3, "angle_deg": 0.0, "pitch_mm": 5.0, "cover_mm": 2.0}
+    found = summarise(
+        Design.model_validate({"design": {"name": "b"}, "body": body, "plates": plates})
+    )
+    assert (found.plates, found.rows, found.approach_mm) == (3, ("3 along x",), 0.1)
+    assert found.least_surface_mm == pytest.approx(2.0 - 0.05)
+    assert found.least_gap_mm == pytest.approx(5.0 - 2.0)
+    assert found.least_side_mm == pytest.approx(10.0 - 6.0)
+    assert found.least_base_mm == pytest.approx(12.0 - 2.0 - 0.05)
+    assert found.volume_mm3 == pytest.approx(2400.0)
+    assert found.plates_volume_mm3 == pytest.approx(3 * 2.0 * 0.1 * 10.0)
+    assert (found.contact_half_width_mm, found.extruded) == (10.0, True)
