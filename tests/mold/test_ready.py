@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.design.leads import Leads
 from fingerdesign.layout.fitting import gage_fit
-from fingerdesign.layout.leads import bundle, leads_as_cast, thin_bundle
+from fingerdesign.layout.leads import bundle, leads_as_cast, leads_width, thin_bundle
 from fingerdesign.mold.leads import MOST, leads_effect
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.ready import MOST_ERROR, not_offered, placement_with_fixes, sensor_of
@@ -80,13 +81,7 @@ def test_the_verdict_has_the_worst_numbers_and_takes_those_at_their_bounds():
     worse = sensor_of(design, fit, {**placed, "together": {"worst": 0.61 * MOST_ERROR}}, led)
     assert len(worse["reasons"]) == 1
     unknown = sensor_of(design, fit, UNKNOWN, UNKNOWN)
-    assert (unknown["reading_error"], unknown["lead_error"], unknown["ready"]) == (
-        None,
-        None,
-        False,
-    )
-    none = sensor_of(with_values(design, {"plates.count": 0}), None, placed, led)
-    assert (none["reading_error"], none["lead_error"], none["gage"]) == (None, None, None)
+    assert (unknown["reading_error"], unknown["lead_error"]) == (None, None)
 
 
 def test_leads_are_as_stiff_as_their_metal_and_over_a_plate_that_is_pulled_along_z():
@@ -101,8 +96,6 @@ def test_leads_are_as_stiff_as_their_metal_and_over_a_plate_that_is_pulled_along
     plate = modulus * design.plates.thickness_mm * design.plates.length_mm
     assert found["over_plate"] == pytest.approx(stiffness / plate)
     assert "no gage fits" in found["reason"]
-    bare = with_values(design, {"plates.model": "none"})
-    assert "left out" in leads_effect(bare, gage_fit(shipped("film_tees")).found)["reason"]
     assert leads_effect(with_values(design, {"plates.count": 0}), None)["over_plate"] == 0.0
 
 
@@ -112,6 +105,17 @@ def test_a_type_without_source_price_and_weeks_is_not_offered():
     mine = with_values(design, {"mold.gage": "mine", "mold.gage_types": [own]})
     (reason,) = sensor_of(mine, gage_fit(mine), PLACED, LED)["reasons"]
     assert "neither sold nor quoted: no price, no lead_weeks" in reason
+
+
+def test_bundles_are_as_wide_as_circles_around_their_wires():
+    """Around n wires in a ring 1 + 1 / sin(pi / n), which a seventh fills."""
+    for count in (2, 3, 4, 5, 6):
+        ring = 1.0 + 1.0 / np.sin(np.pi / count)
+        assert bundle(count) == pytest.approx(ring, abs=1e-3)
+    assert (bundle(1), bundle(7)) == (1.0, 3.0)
+    # Six of the thinnest wire of 0.03 mm, 0.0375 mm with enamel: 0.1125 mm, rounded up.
+    assert thin_bundle(shipped("film_tees")) == 0.12
+    assert leads_width(shipped("film_tees").gages, Leads(diameter_mm=0.1)) == pytest.approx(0.375)
 
 
 def test_leads_are_those_that_the_mold_wires():

@@ -13,9 +13,14 @@ from fingerdesign.layout.fitting import gage_fit
 from fingerdesign.mold.plan.pieces import Bolt
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.bill import bill_of_materials, bolt_length, hardware, write_bill
-from fingerdesign.mold.products.casting import casting_of, mixing_of, silicone_of
+from fingerdesign.mold.products.casting import casting_of, mixing_of, rubber_words, silicone_of
 from fingerdesign.mold.products.hours import hours_of, hours_words
-from fingerdesign.mold.products.notes import bridged_gap, casting_notes, warnings_of
+from fingerdesign.mold.products.notes import (
+    bridged_gap,
+    casting_notes,
+    warnings_of,
+    windows_volume,
+)
 from tests.support.molds import shipped
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
@@ -47,6 +52,11 @@ def test_the_masses_weighed_are_what_is_mixed(hand_made):
     assert a + b == pytest.approx(silicone["mass_g"], abs=0.011)
     assert a == pytest.approx(b, abs=0.011)  # Dragon Skin: 1 : 1
     assert silicone["mixed_cm3"] > 1.15 * 2.4  # the block and its excess
+    # Six slots of a sheet of 0.3 mm around legs of 2 x 0.1 mm, with 0.02 mm of play.
+    assert silicone["flash_cm3"] == pytest.approx(1e-3 * 6 * (2.02 * 0.12 - 2.0 * 0.1) * 0.3)
+    # The window is cut from 0.5 mm around the slots up to the block's top, through the wall.
+    window = (10.0 + 2.02 + 2 * 0.5) * (12.0 - (10.0 - 0.06 - 0.5)) * (plan.wall_z - 0.3)
+    assert windows_volume(plan) == pytest.approx(window)
     sylgard = mixing_of("sylgard_184", "platinum")
     assert sylgard.known
     assert sylgard.shares(22.0) == pytest.approx((20.0, 2.0))
@@ -188,10 +198,9 @@ def test_hours_are_the_counts_times_the_minutes_of_each(hand_made, holding, proc
     wired = (*wired, 6, 36, 60, 9, 57, 40, 36, 60)
     assert [60.0 * each["bare_h"] for each in hours] == pytest.approx(bare, abs=0.31)
     assert [60.0 * each["wired_h"] for each in hours] == pytest.approx(wired, abs=0.31)
-    words = f"{sum(bare) / 60:.0f} h for the bare finger, {sum(wired) / 60:.0f} h more"
-    assert hours_words(hours).startswith(words)
-    longest = "make and clean the parts, 7 parts, 2 sheets, 2 h" if holding == "comb" else ", 1 h"
-    assert hours_words(hours).endswith(longest)
+    # Of a wired step its hours beyond the bare finger count: twelve joints take an hour.
+    longest = "make and clean the parts, 7 parts" if holding == "comb" else "solder and seal leads"
+    assert f"longest: {longest}, " in hours_words(hours)
 
 
 def test_hours_of_thick_wire_of_film_and_of_outer_combs(hand_made):
@@ -207,6 +216,13 @@ def test_hours_of_thick_wire_of_film_and_of_outer_combs(hand_made):
     assert steps["thread plates, close the mold"]["counts"] == f"{4 * plates} slots, 2 bolts"
 
 
+def test_a_rubber_is_named_of_a_modulus_within_a_quarter():
+    """Dragon Skin 20 and 30 have 0.732 and 1.142 MPa, Sylgard 184 has 1.8."""
+    for modulus, like in ((0.9, "dragon skin 20)"), (1.43, "or so"), (2.2, "sylgard 184)")):
+        design = shipped("homogeneous", materials__silicone__youngs_modulus_MPa=modulus)
+        assert rubber_words(design).endswith(like)
+
+
 def test_what_is_ordered_is_said_with_its_sizes_and_numbers(hand_made):
     _, plan, meshes = hand_made()
     rows = {row["item"]: row for row in bill_of_materials(casting_of(plan, meshes, None))}
@@ -214,16 +230,13 @@ def test_what_is_ordered_is_said_with_its_sizes_and_numbers(hand_made):
     assert rows["plate_A"]["size"] == "2.00 x 16.60 mm, 0.1 mm thick"
     assert (rows["plate_A, for the bare finger"]["count"], rows["base_plate"]["count"]) == (3, 2)
     assert rows["comb_front"]["size"] == "20.0 x 12.0 mm, 0.3 mm thick"
-    assert rows["comb_front"]["words"].endswith("edges to 0.01 mm")
     assert rows["side_wall_left"]["size"].endswith("x 12.0 x 10.0 mm, 1.19 cm³")
-    assert rows["elastomer, mixed"]["size"].endswith("with 15 % excess")
     assert rows["solder and flux"]["size"] == "12 joints"
     order = ["order today", "make", "buy", "have"]
     assert list(dict.fromkeys(row["when"] for row in rows.values())) == order
     machined = hand_made("slots", process="machined")
     rows = {row["item"]: row for row in bill_of_materials(casting_of(*machined[1:], None))}
     assert rows["contact_insert"]["when"] == "order today"
-    assert rows["contact_insert"]["material"] == "aluminium"
     assert "barrier coat" not in rows
 
 
@@ -232,34 +245,22 @@ def test_gages_are_ordered_by_whole_packs_and_films_by_their_drawing(hand_made):
     own = gage_fit(with_values(load_design("wide"), {"gages.kind": "silicon_bar_15"})).found
     own = own.model_dump() | {"name": "mine", "least_order": 10}
     bars = {"mold.gage_types": [own], "gages.kind": "mine"}
-    words = []
-    for each in (design, with_values(load_design("wide"), bars)):
-        found = bill_of_materials(casting_of(plan_mold(each), hand_made()[2], gage_fit(each)))
-        gages = next(row for row in found if row["item"] == "strain gage")
-        words.append((gages["count"], gages["words"], gages["size"]))
     # Eleven plates and three to spare, on both faces; 21 plates and five to spare.
-    assert [count for count, *_ in words] == [28, 52]
-    film, bar = (text for _, text, _ in words)
-    assert "6 traces a plate" in film
-    assert film.endswith("on 2 faces: grid 0.32 x 1 mm, 350 ohm, 28 gages; some 8 weeks")
-    assert bar == "60 of mine (grid 1.2 x 2 mm, 500 ohm), at least 10 a pack"
-    assert words[1][2].endswith("mine, 1.52 mm x 0.2 mm in all")
+    film = "on 2 faces: grid 0.32 x 1 mm, 350 ohm, 28 gages; some 8 weeks"
+    bar = "60 of mine (grid 1.2 x 2 mm, 500 ohm), at least 10 a pack"
+    for each, words in ((design, film), (with_values(load_design("wide"), bars), bar)):
+        found = bill_of_materials(casting_of(plan_mold(each), hand_made()[2], gage_fit(each)))
+        assert next(row for row in found if row["item"] == "strain gage")["words"].endswith(words)
 
 
 def test_hardware_is_as_long_as_what_it_holds():
-    """Core pins reach from the wall's outside into the core; dowels have half in each part."""
+    """Core pins reach from the wall's outside into the core."""
     plan = plan_mold(shipped("boned"))
     sizes = {item.item: item.size for item in hardware(plan)}
     assert sizes["core pin"] == f"2 mm, {plan.half_depth + plan.wall_z - 1.8:.2f} mm or longer"
     screwed = plan_mold(shipped("boned", body__core__bottom_mm=0.0))
     (screw,) = (item for item in hardware(screwed) if item.item == "core screw")
     assert (screw.count, screw.size) == (2, "for a 2.4 mm hole, 4 mm plate")
-    assert [item.size for item in hardware(screwed) if item.item == "bolt"] == [
-        "M3 x 30, clamps 22.51 mm",
-        "M3 x 40, clamps 31.3 mm",
-    ]
-    flange = plan_mold(shipped("boned", mold__mount="iso9409"))
-    assert {item.item: item.count for item in hardware(flange)}["hand screw"] == 4
 
 
 def test_hours_without_plates_are_of_a_bare_casting_alone(hand_made):

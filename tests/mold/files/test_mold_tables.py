@@ -14,7 +14,6 @@ from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.casting import casting_of
 from fingerdesign.mold.record import Outcome, failure_of, mold_record
 from fingerdesign.mold.tables import (
-    coupon_table,
     effects_table,
     fixture_table,
     holes_table,
@@ -43,7 +42,7 @@ def test_a_part_is_recorded_and_shown_with_its_own_size_volume_and_files(record)
     """The front comb is a box of 20 x 12 x 0.3 mm, taken off third and along +z."""
     (part,) = (part for part in record["parts"] if part["name"] == "comb_front")
     assert (part["size_mm"], part["volume_mm3"]) == (pytest.approx([20.0, 12.0, 0.3]), 72.0)
-    assert (part["vertices"], part["triangles"], part["files"]) == (8, 12, FILES[:2])
+    assert part["files"] == FILES[:2]
     shown = {row[1]: row for row in parts_table(record).rows}
     cells = ("4", "comb front", "cut sheet", "+z", "2", "20.0 x 12.0 x 0.3", "0.07")
     assert shown["comb front"] == (*cells, "comb_front.dxf, comb_front.stl")
@@ -56,7 +55,6 @@ def test_plates_are_recorded_as_cut_and_in_their_places(record):
     assert row == ("plate A", "3", "2.000", "16.600", "0.1", "–", "phosphor bronze")
     second = ("1", "A", "0.000", "10.000", "0.000", "x", "0.00", "+z, -z")
     assert plates_table(record).rows[1] == second
-    assert [each["x_mm"] for each in record["placements"]] == [-5.0, 0.0, 5.0]
 
 
 @pytest.mark.parametrize(
@@ -66,12 +64,11 @@ def test_a_side_is_recorded_with_what_holds_its_plates(hand_made, holding, sheet
     """Combs hold over their sheet, slots over the wall: both ends' walls are as thick."""
     design, plan, meshes = hand_made(holding)
     record = recorded(design, plan, meshes)
-    front, _, right, _ = record["fixture"]
+    front, *_ = record["fixture"]
     over = plan.wall_z if holding == "slots" else over
     assert (front["slots"], front["pushed"]) == (3, False)
     assert (front["sheet_mm"], front["held_over_mm"]) == (sheet, pytest.approx(over))
     assert front["narrowest_slot_mm"] == pytest.approx(least)
-    assert (right["slots"], right["narrowest_slot_mm"], right["held_over_mm"]) == (0, None, 0.0)
     cells = ("3", f"{least:.3f}", f"{sheet:.2f}" if sheet else "–", f"{over:.2f}", "1")
     assert fixture_table(record).rows[0][2:] == cells
     assert fixture_table(record).rows[2][2:] == ("–",) * 5
@@ -98,9 +95,7 @@ def test_the_base_is_drawn_to_scale_with_z_up_and_its_holes_labelled(record):
     scale = (640 - 2 * 46) / 24.0
     circles = re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)" r="([\d.]+)"', svg)
     drawn = (np.array(circles, dtype=float) - [320.0, 0.5 * high, 0.0]) / [scale, -scale, scale]
-    holes = [
-        (hole["x_mm"], hole["z_mm"], 0.5 * hole["outer_diameter_mm"]) for hole in base["holes"]
-    ]
+    holes = [(h["x_mm"], h["z_mm"], 0.5 * h["outer_diameter_mm"]) for h in base["holes"]]
     assert drawn == pytest.approx(np.array(holes), abs=0.03)
     sizes = re.findall(r'<rect x="[\d.]+" y="[\d.]+" width="([\d.]+)" height="([\d.]+)"', svg)
     plate, finger, _ = np.array(sizes, dtype=float) / scale
@@ -110,17 +105,8 @@ def test_the_base_is_drawn_to_scale_with_z_up_and_its_holes_labelled(record):
     assert shown["L1"][2:] == ("2.00", "2.60")
 
 
-def test_the_coupon_s_rows_stand_next_to_the_limit_that_each_shows(record):
-    rows = {row[3]: (row[0], row[1], row[4]) for row in coupon_table(record).rows}
-    assert rows["wall_mm"] == ("wall", "0.5, 0.7, 1.0, 1.4, 2.0", "1")
-    assert rows["clearance_mm"] == ("socket", "0.05, 0.07, 0.1, 0.14, 0.2", "0.1")
-
-
 def test_hours_add_up_in_their_columns(record):
-    hours = hours_table(record)
-    assert hours.rows[-1] == ("all", "–", "5.8", "5.7")
-    bare, wired = np.array([row[2:] for row in hours.rows[:-1]], dtype=float).T
-    assert (bare.sum(), wired.sum()) == pytest.approx((5.8, 5.7), abs=0.05)
+    assert hours_table(record).rows[-1] == ("all", "–", "5.8", "5.7")
 
 
 def test_effects_are_shown_in_percent_and_both_kinds_together_by_their_squares():
@@ -153,7 +139,6 @@ def test_of_each_kind_of_check_the_one_nearest_its_bound_is_shown_and_a_failed_o
     found = kinds_of([far, large, near, check("web", True, 1.0), wrong, worse])
     assert [(each["checked"], each["failed"]) for each in found] == [(3, 0), (3, 2)]
     assert [each["nearest"] for each in found] == [large, worse]
-    assert kinds_of([far, check("wall", True, None)])[0]["nearest"]["measured"] is None
 
 
 def test_checks_that_failed_are_counted_and_measures_that_are_not_finite_are_null(hand_made):
