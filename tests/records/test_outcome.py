@@ -14,6 +14,7 @@ from fingerdesign.records.outcome import (
     grips_csv,
     increments_csv,
 )
+from fingerdesign.records.verdict import Verdict, VerdictView
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 
 GOOD = next(each for each in any_outcomes(6, failed=0.0) if each.status == "ok")
@@ -103,3 +104,14 @@ def test_shown_text_is_harmless_and_ends():
         assert not set(shown(text)) & {chr(0), chr(7), "\u2028", "\u202e", "\n"}
     assert len(shown("x" * 10_000_000)) == MOST_TEXT + 1
     assert all_shown({"a\n": [1, None, True, "\x1b[2J"]}) == {"a�": [1, None, True, "�[2J"]}
+
+
+def test_notes_are_no_verdicts():
+    for statuses, words in (
+        (("fail", "pass", "warning", "note"), "1 of 3 fail"),
+        (("pass", "warning", "warning", "note"), "1 pass, 2 warnings"),
+        (("pass", "note"), "passes"),
+        (("note", "note"), "numbers only"),
+    ):
+        verdicts = tuple(Verdict(status, "a", "1") for status in statuses)
+        assert VerdictView("a", "3-D", 1.0, verdicts).summary == words

@@ -302,7 +302,8 @@ def test_the_command_prints_parts_and_verdict_and_what_replaces_a_good_mold_says
 ):
     stages()
     out = command().out
-    for words in ("contact insert", "mold ✓ castable, 1 of 1 checks", "sensor"):
+    # The insert is 47.4 x 6 x 29.3 mm.
+    for words in ("contact insert", " 8.33 ", "mold ✓ castable, 1 of 1 checks", "sensor"):
         assert words in out
     stages(checks=(FAILED,))
     for replaced in (True, False):
