@@ -12,12 +12,12 @@ import pytest
 
 from fingerdesign import load_design
 from fingerdesign.cad.export import check_whole_step
-from fingerdesign.errors import GeometryError
+from fingerdesign.errors import Fault, GeometryError
 from fingerdesign.records.base import ResultError
 from fingerdesign.search.study import generate as generating
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.generate import generate, reasons
-from fingerdesign.search.study.variants import base_design, variants
+from fingerdesign.search.study.variants import Variant, base_design, variants
 
 TEXT = (
     '[study]\nname = "few"\nbase = "maeno2000"\nsampling = "grid"\n'
@@ -218,3 +218,13 @@ def test_cad_requested_later_is_added_and_stays(tmp_path, fake_cad):
     for cad in (True, False):
         found = [each.cad for each in made(tmp_path / "few", cad=cad)]
         assert found == ["written"] * 4 + [""] * 2
+
+
+def test_the_most_frequent_reason_is_first_and_counts_each_variant_once():
+    faults = {key: Fault(key, 1, "at most 0", "lower it") for key in "abc"}
+    found = [
+        Variant(k, f"v{k}", {}, None, tuple(faults[key] for key in keys))
+        for k, keys in enumerate(("a", "bb", "bc", "c"))
+    ]
+    counts = [(key, count, name) for key, count, _, name in reasons(found)]
+    assert counts == [("b", 2, "v1"), ("c", 2, "v2"), ("a", 1, "v0")]
