@@ -1,12 +1,14 @@
 """Grips on a closed-form finger: endings, verdicts, and the plant's truth; no mesh, no CAD."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control.calibration import Bounds, calibrate
-from fingerdesign.control.episode import run_episode, run_episodes
+from fingerdesign.control.episode import judged_warnings, run_episode, run_episodes
 from fingerdesign.control.plants.plant import (
     CondensedPlant,
     Truth,
@@ -57,6 +59,71 @@ def test_a_lift_ends_at_the_first_step_over_the_weight(half_plane, bench):
     margin = result.final_normal_force_N / (result.final_tangential_force_N / 0.5)
     assert result.safety_margin == pytest.approx(margin, rel=1e-12)
     assert result.steps == (trace.dx > 0).sum()
+
+
+class Scripted:
+    """A plant whose truths are as written, whatever it is told; told: its moves."""
+
+    def __init__(self, truths):
+        self.truths, self.told = truths, []
+
+    def move(self, dx, dy):
+        if len(self.told) == len(self.truths):
+            raise SolverError("no more truths")
+        self.told.append((dx, dy))
+        return Sample(np.zeros(11), self.truth().normal_force, 0.0)
+
+    def truth(self):
+        return self.truths[len(self.told) - 1]
+
+
+class Sure(Always):
+    def command(self, sample):
+        return Command(self.dx, self.dy, False, unsure=False, warns=False)
+
+
+PRESS = [
+    Truth(0.01 * k, 0.0, normal, 0.1, 0.1, 0.0, False, 0.5, lifted=False)
+    for k, normal in enumerate((1.0, 2.0, 9.0, 4.0), 1)
+]
+HANGS = Truth(0.06, 0.0, 8.0, 2.0, 0.6, 0.0, False, 0.4, lifted=True, rotation=-3.0)
+
+
+def test_a_grip_counts_its_steps_from_the_preload_and_judges_what_was_true_at_the_lift(
+    bench, design
+):
+    last = replace(HANGS, normal_force=7.0, slip_ratio=0.3, stick_ratio=0.5)
+    supported = replace(PRESS[-1], approach=0.05, stick_ratio=0.8)
+    plant = Scripted([*PRESS, supported, HANGS, last, last, last])
+    bounds = replace(BOUNDS, max_approach=0.06, max_steps=2)
+    episode = run_episode(plant, Sure(0.001, 0.01), bench, bounds, 0.5, MASS, after_lift=3)
+    result = episode.result
+    # The arm raises what hangs by 0.03 mm a step; a hand at the end of its stage closes no more.
+    assert np.array(plant.told[4:6]) == pytest.approx(np.array([[0.001, 0.01]] * 2))
+    assert np.array(plant.told[6:]) == pytest.approx(np.array([[0.031, 0.0]] * 3), abs=1e-12)
+    assert (result.outcome, result.steps, result.steps_to_lift) == ("lifted", 5, 2)
+    assert (result.peak_normal_force_N, result.final_normal_force_N) == (9.0, 7.0)  # of the press
+    assert (result.slip_ratio, result.safety_margin) == (0.4, 0.4 * 8.0 / 2.0)
+    assert (result.minimum_stick_ratio, result.rotation_deg) == (0.5, -3.0)
+    # A controller knows nothing while the hand presses to the preload.
+    assert episode.trace.unsure.tolist() == [True] * 4 + [False] * 5
+    assert (episode.trace.lift_step, result.unsure) == (5, False)
+    assert judged_warnings(episode, design.grip).samples == 5
+
+
+def test_a_press_that_fails_has_no_step_and_a_slide_without_end_is_complete_slip(bench):
+    failed = run_episode(Scripted(PRESS[:2]), Sure(0.0, 0.01), bench, BOUNDS, 0.5, MASS).result
+    assert (failed.outcome, failed.steps, failed.steps_to_lift) == ("failed", 0, 0)
+    assert (failed.minimum_stick_ratio, failed.final_normal_force_N) == (None, 2.0)
+    slides = replace(HANGS, sliding=True, complete_slip=True)
+    plant = Scripted([*PRESS, replace(HANGS, sliding=False), *[slides] * 20])
+    bounds = replace(BOUNDS, max_steps=4)
+    result = run_episode(plant, Sure(0.0, 0.0), bench, bounds, 0.5, MASS, after_lift=3).result
+    # It is waited for as long as a lift may take, after the steps for which it is held on.
+    assert (result.outcome, result.steps) == ("complete slip", 1 + 3 + 4)
+    plant = Scripted([*PRESS, replace(slides, lifted=False)])  # on its support nothing is caught
+    result = run_episode(plant, Sure(0.0, 0.0), bench, bounds, 0.5, MASS, after_lift=3).result
+    assert (result.outcome, result.steps) == ("complete slip", 1)
 
 
 def test_complete_slip_ends_the_grip_without_a_margin(half_plane, bench):

@@ -20,7 +20,8 @@ from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.findings import findings
 from fingerdesign.trials.grid import Cell, ControlGrid
 from fingerdesign.trials.record import ControlStudy, control_data
-from fingerdesign.trials.summary import summarise
+from fingerdesign.trials.summary import fault_summary, summarise
+from fingerdesign.trials.tables import main_tables, noise_tables, tug_tables, warning_tables
 from tests.support.grips import grip, path_of, trial
 from tests.support.pages import run_python
 
@@ -39,10 +40,10 @@ def study(**controllers):
     return recorded(outcomes, controllers, GRID)
 
 
-def recorded(outcomes, names, grid):
+def recorded(outcomes, names, grid, rate=100.0):
     facts = {key: {} for key in ("model", "versions")}
     numbers = {"workers": 1, "peak_memory_MB": 0.0, "seconds": {"whole": 1.0, "grips": 1.0}}
-    hardware = {"sample_rate_Hz": 100.0}
+    hardware = {"sample_rate_Hz": rate}
     data = control_data(
         outcomes,
         names,
@@ -67,6 +68,8 @@ def test_all_is_well():
     assert kinds(made) == ["note", *["pass"] * 4]
     best = findings(made.data)[-1].detail
     assert "paper, success 100.0 %, median peak 2.00 times" in best  # no oracle: it is given
+    made = study(paper=({}, DROPPED), **oracle)
+    assert findings(made.data)[0].verdict.number == "paper"  # nor is it the best of those
 
 
 @pytest.mark.parametrize(
@@ -81,6 +84,9 @@ def test_all_is_well():
             ["pass", "fail", "pass", "fail"],
         ),
         (({}, {}), ({"safety_margin": 1.6}, {}), ["pass", "pass", "fail", "warning"]),
+        (({}, {}), ({"safety_margin": 1.1}, {}), ["pass", "pass", "fail", "warning"]),
+        # The paper's rule is judged without noise, and this one was dropped with it.
+        (({}, DROPPED), ({}, {}), ["pass", "pass", "pass", "warning"]),
         ((DROPPED, {}), ({}, {}), ["fail", "pass", "pass", "pass"]),
     ],
 )
@@ -169,6 +175,53 @@ def test_a_summary_counts_each_reason():
     assert (reported.margin_at_lift.count, reported.margin_at_lift.most) == (5, 1.5)
     assert (reported.answered.count, reported.answered.of) == (1, 2)
     assert reported.reaction_steps.median == 6
+
+
+def test_each_spread_is_of_the_grips_that_it_names():
+    """Peaks and steps of lifted ones, slips of held ones, answers of lifted ones, margins of all
+    or, by fault, of those that succeed."""
+    slipped = {"gross_slip": True, "outcome": "complete slip", "slip_distance_mm": 9.0}
+    stays = {"lifted": False, "outcome": "stage travel", "safety_margin": None, "peak_ratio": 7.0}
+    tugged = Cell("regulator", 0.3, 100.0, 0.0, tug=0.3)
+    every = [
+        trial(steps=40, steps_to_lift=25, slip_distance_mm=0.1, minimum_stick_ratio=0.2),
+        trial(peak_ratio=3.5, safety_margin=3.2, slip_distance_mm=0.2),
+        trial(**slipped, peak_ratio=1.6, safety_margin=2.0),
+        trial(tugged, **stays, steps_to_lift=99, slip_distance_mm=5.0),
+    ]
+    found = summarise(every)
+    assert (found.peak_ratio.count, found.peak_ratio.most) == (3, pytest.approx(3.5))
+    assert found.peak_normal_force_N.most == pytest.approx(3.5 * 0.05 * 9.80665 / 0.3)
+    assert (found.steps.least, found.steps.most, found.steps.count) == (25.0, 30.0, 3)
+    assert (found.slip_distance_mm.count, found.slip_distance_mm.most) == (2, 0.2)
+    assert (found.minimum_stick_ratio.count, found.minimum_stick_ratio.least) == (4, 0.2)
+    assert (found.margin_at_lift.count, found.answered.of) == (3, 0)
+    by_fault = fault_summary(every, "tilt")
+    assert (by_fault.safety_margin.count, by_fault.safety_margin.most) == (1, 1.3)
+    # Fingers are counted by fault and number.
+    cells = [Cell("regulator", 0.3, 100.0, 0.0, 0.0, *each) for each in (("a", 0), ("b", 0))]
+    assert summarise([trial(each) for each in cells * 2], drawn=True).fingers == 2
+
+
+def test_the_tables_of_the_page_hold_the_summaries_numbers():
+    """Of six grips tugged at 50 Hz, a step is 20 ms."""
+    cells = [Cell("paper", 0.3, 100.0, 0.5, tug=0.3) for _ in range(6)]
+    outcomes = [trial(each, reaction_steps=k) for k, each in enumerate(cells, 2)]
+    slip = {**DROPPED, "slip_warning": "standing", "lead_s": 0.05, "lead_force_share": 0.9}
+    outcomes += [trial(Cell("paper", 0.3, 100.0, 0.5), **WARNED, **slip)]
+    outcomes += [trial(Cell("paper", 0.3, 100.0, 0.0), peak_ratio=2.5, steps_to_lift=12)]
+    grid = ControlGrid((0.3,), (100.0,), (0.0, 0.5), tug_noise=0.5)
+    data = recorded(outcomes, ["paper"], grid, rate=50.0).data
+    (row,) = tug_tables(data)[0].rows
+    # Of 2 to 7 steps the median is 4.5, the upper quartile 5.75, the slowest 7.
+    assert row[4:7] == ("90 (40 to 140, of 6)", "115", "140")
+    (lifts,), (forces,) = (each.rows for each in main_tables(data, 0.0))
+    assert lifts[2:4] == ("1", "100.0 (20.7 to 100.0, of 1)")
+    assert forces[3:] == ("2.50 (of 1)", "0.50 (of 1)", "0.000 (of 1)", "12 (of 1)")
+    assert main_tables(data, 0.5)[0].rows[0][5] == "1"  # dropped
+    (warnings,) = warning_tables(data, 0.5)[0].rows
+    assert warnings[2:5] == ("0", "0.05 (of 1)", "90 (of 1)")
+    assert [each[1] for each in noise_tables(data)[0].rows] == ["100.0 (20.7 to 100.0, of 1)"]
 
 
 WARNED = {"alarms": 2, "false_alarms": 0, "samples": 50}

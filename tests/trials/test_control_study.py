@@ -253,6 +253,8 @@ def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
         (False, [1.0, 2.0, 2.5, 2.5], 2, False),  # at the lift it knew
         (False, [1.0, 4.0, 4.0, 4.0], 2, True),  # crushed, and it had reported that it was unsure
         (True, [1.0, 2.0, 2.0, 2.0], None, False),  # dropped in the end, unannounced
+        (True, [1.0, 2.0, 2.0, 2.0], 1, False),  # after a lift of which it was unsure
+        (False, [1.0, 3.0, 2.0, 2.0], 2, True),  # crushed by just so much
         (False, [1.0, 2.0, 2.0, 2.0], None, False),
     ],
 )
@@ -288,6 +290,26 @@ def test_an_estimator_that_cannot_tell_turning_from_slip_is_warned_of(
     found = warnings_of(bench, ())
     assert any("turn radius" in words for words in found) is warned
     assert "the estimator is that of feeler, another finger" in found
+
+
+@pytest.mark.parametrize(
+    ("forces", "preload", "warned"),
+    [
+        ([0.0, 2.0, 9.82], 0.5, []),
+        ([0.0, 2.0, 9.79], 0.5, ["heaviest,"]),  # 400 g at 0.2 need 9.807 N
+        ([0.0, 2.0, 10.0], 0.616, []),  # 3.856 N of the bench's press, in equal steps
+        ([0.0, 2.0, 10.0], 0.62, ["lightest,"]),  # 3.92 N; crushed by 3.871 N
+    ],
+)
+def test_a_grid_of_which_no_hand_can_lift_all_is_warned_of(forces, preload, warned):
+    press = SimpleNamespace(normal=SimpleNamespace(normal_force=np.array(forces)))
+    bench = SimpleNamespace(
+        grid=ControlGrid((0.2, 0.38), (100.0, 400.0)),
+        calibration=lambda noise: press,
+        bounds=SimpleNamespace(preload=preload, max_approach=1.0),
+        estimator=None,
+    )
+    assert [words.split()[1] for words in warnings_of(bench, ())] == warned
 
 
 def test_unannounced_are_those_that_went_wrong_without_a_warning():
