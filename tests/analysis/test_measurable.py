@@ -4,6 +4,7 @@ import pytest
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.detection import SEEN, amplifier_noise, measured_states
+from fingerdesign.analysis.measurable import _search
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.grip import HardwareTable
@@ -73,11 +74,29 @@ def test_what_is_seen_goes_with_the_stated_noise(demo):
         assert state.smallest_stick_change * state.stick_change_microstrain == pytest.approx(
             SEEN * loud.noise_microstrain
         )
+        assert state.smallest_force_change_N * state.response_microstrain_per_N == pytest.approx(
+            SEEN * loud.noise_microstrain
+        )
+        held = state.friction_coefficient * state.normal_force_N / state.tangential_force_N
+        assert held == pytest.approx(1.5)  # the margin
 
 
 def test_a_converter_s_step_counts_as_noise():
     stepped = HardwareTable(gage_noise_microstrain=3.0, quantisation_microstrain=4.0 * 12.0**0.5)
     assert amplifier_noise(stepped) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ("gained", "least", "target", "found"),
+    [
+        (8.0, 1.0, 4.0, (25.0, 4.0)),  # An eighth gains eight: as 1 / value.
+        (8.0, 50.0, 4.0, (50.0, 2.0)),  # The least is the end of it.
+        (4.0, 1.0, 4.5, (10.0, 100.0 ** (1.0 / 3.0))),  # 10.48, to two digits
+        (0.5, 1.0, 4.0, (12.5, 0.5)),  # It takes away: the trial is all that is known.
+    ],
+)
+def test_a_remedy_goes_as_far_as_its_power_law_says(gained, least, target, found):
+    assert _search(100.0, 12.5, gained, least, target) == pytest.approx(found)
 
 
 def test_loads_out_of_reach_are_left_out(demo):

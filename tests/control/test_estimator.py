@@ -388,6 +388,40 @@ def test_friction_without_any_sample_and_an_exponent_beyond_all_rubber():
     assert believed_after([1.0, 100.0], -0.8).exponent == 0.0
 
 
+def test_a_belief_is_the_mean_of_its_samples_by_weight_and_leans_to_the_safe_side():
+    belief = FrictionBelief()
+    belief.learn(0.4, 1.0, 4.0, 0.9)
+    belief.learn(0.6, 5.0, 12.0, 0.5)  # What was before counts half: weights of 2 and 12.
+    mean, force = (2.0 * 0.4 + 12.0 * 0.6) / 14.0, (2.0 * 1.0 + 12.0 * 5.0) / 14.0
+    assert (belief.weight, belief.mean) == (14.0, pytest.approx(mean))
+    assert belief.at(force) == pytest.approx(mean)
+    assert belief.surely(force) == pytest.approx(mean * (1.0 - 14.0**-0.5))
+    faint = FrictionBelief()
+    faint.learn(0.4, 1.0, 1.0, 0.9)
+    assert faint.surely(1.0) == 0.5 * 0.4  # no less than half, however little is known
+
+
+def test_a_step_of_the_climb_moves_the_belief_little_and_a_held_object_not_at_all():
+    """Weights u^2 / s^2, of the climb a fifth; the past keeps 0.98 of its weight there, and so adds
+    up to 50 such steps. One step with half of u says that mu is twice as large."""
+    regulator, path = grip(Teller(0.5), steps=400)
+    regulator.estimator.friction = 1.0
+    regulator.command(path[-1][0])
+    step = 0.25 / (0.98 * 50.0 + 0.25)
+    assert (learnt := regulator.friction) - 0.5 == pytest.approx(0.5 * step, rel=0.05)
+    regulator.command(replace(path[-1][0], lifted=True))
+    assert regulator.friction == learnt
+
+
+@pytest.mark.parametrize("delay", [0, 3])
+def test_the_later_samples_come_the_more_slowly_it_pulls_in_a_probe(delay):
+    """The first pull raises F_t by 0.03 F_n over the root of the moves on their way, at 10 N/mm."""
+    regulator, sample = at_start(Teller(0.5), delay), Sample(np.zeros(GAGES), 2.0, 0.0)
+    commands = [regulator.command(sample) for _ in range(delay + 1)]
+    first = 0.03 * 2.0 / 10.0 / (1.0 + delay) ** 0.5
+    assert [each.dx for each in commands] == pytest.approx([0.0] * delay + [first])
+
+
 def test_it_probes_again_at_twice_the_force():
     """And ends at once where it finds what it knew."""
     found = []

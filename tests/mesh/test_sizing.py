@@ -9,7 +9,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.counting import expected_elements
+from fingerdesign.mesh.counting import elements_within, expected_elements
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.plates import extruded_sizes, section_sizes
@@ -96,6 +96,22 @@ def test_the_expected_elements_of_an_even_field_fill_the_body():
         field = SizeField(ContactSurface.of(design.body), (), sizes, Zone(3.0))
         wanted = outline_volume(design.body, half=True) * 6.0 * np.sqrt(2.0) / stretch
         assert expected_elements(field, low, high) == pytest.approx(wanted, rel=0.05)
+
+
+@pytest.mark.parametrize(("deepest", "many"), [(12, 10_000), (12, 20), (0, 10_000)])
+def test_elements_of_an_even_size_are_area_over_theirs_also_where_some_cells_stand_for_all(
+    deepest, many
+):
+    """Squares of 0.1 in a rectangle of 2 by 1, of which a quarter counts."""
+    found = elements_within(
+        lambda cells: np.full(len(cells), 0.1),
+        (np.array([-1.0, 2.0]), np.array([1.0, 3.0])),
+        np.array([2, 1]),
+        lambda cells, edges: np.full(len(cells), 0.25),
+        lambda size: size**2,
+        (1.0, deepest, many),
+    )
+    assert found == pytest.approx(0.25 * 2.0 / 0.1**2)
 
 
 def test_sections_too_are_as_fine_as_a_small_contact_needs():

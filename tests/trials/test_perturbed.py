@@ -18,6 +18,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.base import json_schema
 from fingerdesign.sensing.perturb.faults import ALL, FAULTS, ON_REQUEST, TRAINING_FAULTS
 from fingerdesign.sensing.perturb.finger import (
+    drawn_changes,
     perturb,
     perturbed_problems,
     refuse_faults,
@@ -76,6 +77,41 @@ def test_a_gage_that_dies_is_one_of_the_designs_and_hardware_is_as_given():
     assert all(0.0 <= each.dying_after_s <= 0.33 for each in drawn)
     # The worse of the rig's own and the fault's.
     assert {(each.force_gain_spread, each.force_cross_talk) for each in drawn} == {(0.01, 0.03)}
+
+
+@pytest.mark.parametrize(
+    ("fault", "place", "low", "high"),
+    [
+        ("modulus", ("design", "materials.silicone.youngs_modulus_MPa"), 0.85, 1.15),
+        ("plate_modulus", ("design", "plates' modulus"), 0.8, 1.2),
+        ("tilt", ("object", "tilt_deg"), -2.0, 2.0),
+        ("off_centre", ("design", "grip.off_centre_mm"), -10.0, 10.0),
+        ("dying", ("design", "grip.hardware.dying_after_s"), 0.0, 0.33),
+        ("arm", ("own", "tug"), 3.0 / 9.80665, 3.0 / 9.80665),
+        ("relaxation", ("design", "grip.relaxation_per_minute"), 0.1, 0.1),
+        ("gains", ("design", "grip.hardware.gain_spread"), 0.03, 0.03),
+        ("drift", ("design", "grip.hardware.drift_microstrain_per_s"), 0.5, 0.5),
+        ("delay", ("design", "grip.hardware.delay_samples"), 2, 2),
+        ("cross_talk", ("design", "grip.hardware.gage_cross_talk"), 0.02, 0.02),
+        ("temperature", ("design", "grip.hardware.warming_microstrain"), 10.0, 10.0),
+        ("conversion", ("design", "grip.hardware.quantisation_microstrain"), 1.0, 1.0),
+    ],
+)
+def test_a_fault_is_as_large_as_its_size_says(fault, place, low, high):
+    """Values fill the whole range, evenly to both sides; moduli are over the design's."""
+    design = load_design("sensitive")
+    table, key = place
+    unit = 1.0
+    if "modulus" in key:
+        part = "plates" if key.startswith("plates") else "body"
+        material = getattr(design, part).material
+        key = f"materials.{material}.youngs_modulus_MPa"
+        unit = design.material_of(part).youngs_modulus_MPa
+    draws = [drawn_changes(design, places(design), [fault], seed) for seed in range(100)]
+    values = np.array([getattr(each, table)[key] for each in draws]) / unit
+    near = 0.1 * (high - low)
+    assert low - 1e-12 <= values.min() <= low + near
+    assert high - near <= values.max() <= high + 1e-12
 
 
 def test_what_cannot_be_drawn_is_refused():

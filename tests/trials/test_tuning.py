@@ -21,17 +21,21 @@ from fingerdesign.trials.stored import KIND, stored_grips
 from fingerdesign.trials.study import StudyOptions, run_study
 from fingerdesign.trials.tuning import (
     BUDGET,
+    Candidate,
     Range,
     Round,
     TriedBench,
+    Tuning,
     TuningSetting,
     bench_judge,
     default_values,
     ranges_of,
+    trial_data,
     tune,
     tuned_grip,
     tuned_text,
     tuning_cells,
+    tuning_data,
 )
 from tests.support.grips import trial
 
@@ -95,6 +99,24 @@ def test_ties_go_to_the_lower_peak():
     assert found.best.success == 1.0
     assert found.best.values[B.key] < 0.0103
     assert found.best.mean_peak_ratio == pytest.approx(1.0 + found.best.values[B.key])
+
+
+def test_a_trial_is_recorded_with_its_rates_and_the_reasons_why_others_failed():
+    slipped = {"gross_slip": True, "outcome": "complete slip"}
+    stays = {"lifted": False, "outcome": "stage travel"}
+    outcomes = [trial(), trial(peak_ratio=2.0), trial(peak_ratio=4.0), trial(**slipped)]
+    outcomes += [trial(**stays, peak_ratio=9.0), trial(**stays | slipped, peak_ratio=1.0)]
+    made = Candidate({A.key: 0.3}, 1, tuple(each.result for each in outcomes))
+    found = trial_data(made)
+    assert (found["values"], found["round"], found["grips"]) == ({A.key: 0.3}, 1, 6)
+    assert (found["success_rate"], found["held_rate"]) == (2 / 6, 3 / 6)
+    assert found["mean_peak_ratio"] == pytest.approx((1.4 + 2.0) / 2)  # of those that succeed
+    assert (found["dropped"], found["crushed"], found["not_lifted"]) == (2, 2, 2)
+    grid, setting = ControlGrid(perturbed=Perturbed(("gains", "tilt"), 3, 2)), TuningSetting()
+    tuning = Tuning((A,), BUDGET, (made, made), made, made)
+    data = tuning_data({"fixed_ratio": tuning}, setting, grid, "d")
+    assert data["controllers"]["fixed_ratio"]["grips"] == 12
+    assert (data["fingers"], len(data["cells"])) == (96 // 2, 96)  # two objects a finger
 
 
 def test_no_grip_is_made_twice_and_the_best_see_all():
