@@ -108,6 +108,34 @@ def test_a_fall_within_the_dead_band_is_not_a_shrinking():
     assert max(areas) - areas[-1] > SETTINGS.dead_band_mm
 
 
+def commanded(*forces, start=(1.0, 0.0)):
+    """Commands on samples of these forces (F_n, F_t) whose gages read nothing."""
+    controller = PaperController(SETTINGS)
+    controller.start(BENCH, Sample(np.zeros(5), *start))
+    return [controller.command(Sample(np.zeros(5), *each)) for each in forces]
+
+
+def test_the_curve_is_aimed_at_the_force_expected_next_and_never_at_a_smaller_one():
+    first, falls = commanded((1.5, 0.0), (1.4, 0.0))
+    assert first.dx == pytest.approx(0.1 * (1.5 + 0.5 - 1.0) ** 2 / 10.0)
+    assert falls.dx == pytest.approx(0.1 * (1.4 - 1.0) ** 2 / 10.0)
+
+
+def test_a_tiny_pull_does_not_teach_the_stiffness_and_a_fall_of_the_pull_shows_an_area():
+    tiny, then = commanded((1.05, 0.0), (1.5, 0.05))  # 0.1 micrometres; 0.05 N by the press
+    assert 0.0 < tiny.dx < 0.001
+    assert then.dx == pytest.approx((0.1 * (1.5 + 0.45 - 1.0) ** 2 - 0.05) / 10.0)
+    assert [each.area for each in commanded((1.0, 0.49), (1.0, 0.3), start=(1.0, 0.5))] == [None, 0]
+
+
+@pytest.mark.parametrize(("rule", "warns"), [(True, False), (False, None)])
+def test_a_rule_that_is_on_says_that_a_lifted_object_is_not_warned_of(rule, warns):
+    controller = PaperController(SETTINGS, rule=rule)
+    controller.start(BENCH, Sample(np.zeros(5), 1.0, 0.0))
+    command = controller.command(Sample(np.zeros(5), 1.0, 0.5, lifted=True))
+    assert (command.dx, command.dy, command.hold, command.warns) == (0.0, 0.0, False, warns)
+
+
 def test_gages_out_of_order_change_nothing():
     order = np.array([3, 0, 4, 2, 1])
 

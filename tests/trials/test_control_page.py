@@ -144,6 +144,10 @@ def test_reaction_counts_from_the_tug_to_the_first_answer():
         assert reaction_steps(trace(0.1 + 0.001 * np.arange(40), lift=lift), 20, 1e-9) is None
     faster = np.concatenate([0.001 * np.arange(22), 0.021 + 0.003 * np.arange(1, 19)])
     assert reaction_steps(trace(0.1 + faster, lift=5), 20, 0.0035) == 3
+    # A hand that was opening and stops has not answered, nor has one that closed before it felt.
+    opens = [*(0.3 - 0.001 * np.arange(20)), *[0.281] * 20]
+    assert reaction_steps(trace(opens, lift=5), 20, 0.002) is None
+    assert reaction_steps(trace([*still, 0.28, 0.28, 0.28], lift=3), 12, 0.005) is None
 
 
 def test_shares_have_wilsons_interval_and_nothing_has_no_rate():
