@@ -11,7 +11,7 @@ from fingerdesign.control.episode import run_episode
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.roster import make_controller as controller
-from fingerdesign.control.signals import Sample
+from fingerdesign.control.signals import NormalCalibration, Sample
 from fingerdesign.errors import DesignError
 from fingerdesign.runtime.registry import CONTROLLERS
 
@@ -99,6 +99,31 @@ def test_too_little_force_or_too_late_slips(lift, name, friction, mass_g, values
     episode = lift(name, friction, mass_g, values)
     assert (episode.result.outcome, episode.result.lifted) == ("complete slip", False)
     assert episode.result.gross_slip
+
+
+def test_the_reactive_hand_grips_by_what_it_presses_with_and_keeps_what_it_lifted_with(grip, bench):
+    """On a bench of 100 N over its 0.3 mm the preload of 0.02 mm is 6.67 N; half of what is missing
+    is closed in one step."""
+    count = len(bench.gage_x)
+    linear = NormalCalibration(np.array([0.0, 100.0]), np.zeros((2, count)))
+    calibration = replace(bench, normal=linear, tangential_stiffness=10.0)
+
+    def answers(*forces, lifted=(False, True)):
+        hand = controller("reactive", with_grip(grip, {"reactive.step_up": 1.2}))
+        every = [Sample(np.zeros(count), *f, up) for f, up in zip(forces, lifted, strict=True)]
+        hand.start(calibration, every[0])
+        return [hand.command(each) for each in every]
+
+    slips = answers((9.0, 0.0), (9.0, 0.0), (9.0, 0.4), lifted=(False, False, True))
+    assert slips[0].dx == pytest.approx(0.007 * 9.0 / 10.0)
+    # It pulls and F_t does not rise: 1.2 times the 9 N that it presses with, not the 6.67 N.
+    assert slips[1].dy == pytest.approx(0.5 * 0.003 * (1.2 * 9.0 - 9.0))
+    assert [each.warns for each in slips] == [False, True, False]
+    assert slips[1].hold
+    for pressed, target in ((8.0, 8.0), (6.0, 20.0 / 3.0)):  # at the lift, and no less
+        lift, tugged = answers((pressed, 1.0), (pressed, 1.2), lifted=(True, True))
+        assert lift.dy == pytest.approx(0.5 * 0.003 * (target - pressed), abs=1e-12)
+        assert tugged.dy == pytest.approx(0.5 * 0.003 * (1.2 * target - pressed))
 
 
 @pytest.mark.parametrize("mass_g", [100.0, 300.0])

@@ -1,6 +1,7 @@
 """``export --to mjcf`` and ``--to urdf``: masses by hand, and what MuJoCo makes of them."""
 
 import json
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -11,7 +12,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume, plate_volume
 from fingerdesign.robots.describe import _roll_pitch_yaw, describe, mjcf, urdf
-from fingerdesign.robots.rigid import rigid_body, triangles_of
+from fingerdesign.robots.rigid import RigidBody, rigid_body, triangles_of
 
 WITHOUT = "pip install 'fingerdesign[mujoco]' brings it"
 
@@ -69,6 +70,26 @@ def test_a_urdf_names_files_that_are_there(block):
     root = ElementTree.fromstring(urdf(found))
     assert all((folder / mesh.get("filename")).is_file() for mesh in root.iter("mesh"))
     assert len(root.findall("joint")) == len(found.sites) == 11
+    for site, joint in zip(found.sites, root.iter("joint"), strict=True):
+        place = np.array(joint.find("origin").get("xyz").split(), dtype=float)
+        assert place == pytest.approx(site.centre, abs=1e-9)
+
+
+def test_mass_centre_and_each_moment_of_inertia_stand_in_their_places(block):
+    _, found, _ = block
+    inertia = 1e-6 * np.array([[9.0, 1.0, 2.0], [1.0, 8.0, 3.0], [2.0, 3.0, 7.0]])
+    own = replace(found, rigid=RigidBody(0.25, np.array([0.1, 0.2, 0.3]), inertia))
+    root = ElementTree.fromstring(urdf(own)).find("link/inertial")
+    assert (root.find("mass").get("value"), root.find("origin").get("xyz")) == (
+        "0.25",
+        "0.1 0.2 0.3",
+    )
+    each = {name: round(1e6 * float(v)) for name, v in root.find("inertia").attrib.items()}
+    assert each == {"ixx": 9, "iyy": 8, "izz": 7, "ixy": 1, "ixz": 2, "iyz": 3}
+    inertial = ElementTree.fromstring(mjcf(own)).find(".//inertial")
+    assert (inertial.get("mass"), inertial.get("pos")) == ("0.25", "0.1 0.2 0.3")
+    full = 1e6 * np.array(inertial.get("fullinertia").split(), dtype=float)
+    assert full == pytest.approx([9.0, 8.0, 7.0, 1.0, 2.0, 3.0])  # MuJoCo's order
 
 
 def test_export_writes_the_finger_or_says_what_is_wrong(tmp_path, terminal):

@@ -19,7 +19,7 @@ from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
-from fingerdesign.control.trace import Trace
+from fingerdesign.control.trace import Trace, trace_of
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.sensing.identify import bench_fit
@@ -50,6 +50,59 @@ force_noise_N = 0.005
 SIZES = "[mesh.section]\ncontact_size_mm = 0.4\nplate_size_mm = 0.5\nfar_size_mm = 3.0\n"
 SOFT = FINGER[: FINGER.index("[mesh.section]")] + f"preload_mm = 0.02{HARDWARE}{SIZES}"
 GAGES = 4
+ALONE, STUCK = np.array([10.0, -4.0]), np.array([3.0, -7.0])  # readings by F_n and by F_t
+
+
+def played(kind, rows, tilt=0.0, cross_talk=0.0, slid=0.0):
+    """A phase of points (approach, shear, F_n, F_t); the cell of F_t feels F_n too."""
+    approach, shear, normal, pull = np.array(rows).T
+    readings = np.outer(normal, ALONE) + np.outer(pull, STUCK + slid)
+    measured = pull + cross_talk * normal
+    points = Points(approach, shear, normal, measured, readings, np.ones(len(rows)))
+    return Phase(kind, kind, 0.5, tilt, points)
+
+
+def test_curves_of_a_bench_are_those_of_its_phases():
+    """Shears of another F_n, deeper ones first, and slides to either side, -x first."""
+    press = [(0.1, 0, 2, 0), (0.2, 0, 1.5, 0), (0.3, 0, 6, 0), (0.2, 0, 7, 0), (0.5, 0, 10, 0)]
+    phases = (
+        played("press", press),
+        played("shear", [(0.4, 0, 8, 0), (0.4, 0.02, 8.5, 0.3)]),
+        played("shear", [(0.1, 0, 1, 0), (0.2, 0, 4, 0), (0.2, 0.01, 5, 0.1)]),
+        played("slide", [(0.2, 0, 4, 0), (0.2, -0.1, 5, -2.5)], cross_talk=0.02, slid=1.0),
+        played("slide", [(0.2, 0, 4, 0), (0.2, 0.05, 4, 1), (0.2, 0.1, 4, 2)], cross_talk=0.02),
+        played("tilt", [(0.1, 0, 3, 0)], tilt=-2.0),
+    )
+    found = bench_curves(phases, np.arange(2.0))
+    own = found.calibration
+    # Points with less force, or less deep, than an earlier one are left out.
+    assert own.normal.normal_force.tolist() == [0.0, 2.0, 6.0, 10.0]
+    assert own.approach.tolist() == [0.0, 0.1, 0.3, 0.5]
+    assert own.sticking.normal_force.tolist() == [4.0, 8.0]
+    assert own.sticking.readings == pytest.approx(np.array([STUCK, STUCK]))
+    assert own.stiffness == pytest.approx([10.0, 15.0])
+    assert (own.tangential_stiffness, own.delay) == (pytest.approx(10.0), 0)
+    assert own.full_stick == pytest.approx(np.abs(STUCK))
+    assert (own.cross_talk, found.slid) == (pytest.approx(0.02), pytest.approx(0.5))
+    right, left = found.slides
+    assert right.tangential_force == pytest.approx([1.0, 2.0])
+    assert right.responses == pytest.approx(np.outer([0.5, 1.0], STUCK))  # over F_t at the end
+    assert left.responses == pytest.approx((STUCK + 1.0)[None])
+    assert [tilt for tilt, _ in found.tilted] == [-2.0]
+    assert bench_curves(phases[:4], np.arange(2.0)).calibration.cross_talk == 0.0
+
+
+def test_a_point_is_the_mean_of_its_rows_but_those_that_come_too_late():
+    moves = [(0.0, 0.0), (0.0, 0.0), (0.0, 0.1), (0.0, 0.0), (0.0, 0.0), (0.02, 0.1), (0.02, 0.0)]
+    forces = (1.0, 3.0, 90.0, 4.0, 6.0, 20.0, 30.0)
+    trace = trace_of([Sample(np.full(2, f), f, -f) for f in forces], moves, 100.0)
+    found = points_of(trace, samples=5.0, delay=1)
+    # Before any move it reads 2, and of the last two moves there is one row each.
+    assert found.normal_force.tolist() == [3.0, 18.0, 28.0]
+    assert found.tangential_force.tolist() == [-3.0, -18.0, -28.0]
+    assert found.samples.tolist() == [10.0, 5.0, 5.0]
+    assert (found.approach.tolist(), found.shear.tolist()) == ([0.1, 0.2, 0.2], [0.0, 0.02, 0.04])
+    assert found.moves == [(0.0, 0.1), (0.02, 0.1), (0.02, 0.0)]
 
 
 @pytest.fixture(scope="module")

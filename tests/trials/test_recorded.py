@@ -311,6 +311,30 @@ def test_an_exponent_is_recovered_with_its_interval():
         friction.exponent(force, friction_, [0] * 200)
 
 
+def test_an_exponents_interval_is_students_over_the_groups():
+    """log mu off the line by 0.1, -0.2 and 0.1 at log F = -1, 0 and 1: sqrt(3 / 2 (0.1^2 + 0.1^2))
+    / 2, times 12.7062 for one degree of freedom."""
+    found = friction.exponent(np.exp([-1.0, 0.0, 1.0]), np.exp([0.3, -0.2, -0.1]), [0, 1, 2])
+    assert (found.value, found.count, found.groups) == (pytest.approx(0.2), 3, 3)
+    reach = 12.7062 * np.sqrt(0.03) / 2.0
+    assert (found.low, found.high) == pytest.approx((0.2 - reach, 0.2 + reach), rel=1e-5)
+    twice = friction.exponent(
+        np.exp([-1.0, 0.0, 1.0] * 2), np.exp([0.3, -0.2, -0.1] * 2), [0, 1, 2] * 2
+    )
+    assert (twice.low, twice.count, twice.groups) == (pytest.approx(found.low), 6, 3)
+
+
+def test_scores_that_are_equal_rank_at_a_half_and_the_last_other_load_is_found_however_far():
+    every = [as_recording(), as_recording(slips=False)]
+    same = detect.Detector("same", lambda each: np.zeros(len(each.time)), 0.5, "")
+    found = detect.score(same, every)
+    assert (found.rank, found.found.rate, found.early.rate, found.lead_s) == (0.5, 0.0, 0.0, None)
+    load = np.repeat([[0.0, 0.0], [3.0, 4.0]], [300, 300], axis=0)
+    assert detect._last_apart(load, 5.0) == 299
+    assert detect._last_apart(load, 5.1) is None
+    assert detect._last_apart(load[:320], 5.0) == 299
+
+
 def test_laws_foretell_lifts_of_constant_shear_strength():
     """W = F^(2/3): the third law is right about every lift, Coulomb's about those far off."""
     weights = [1.0, 2.0, 3.0, 4.0]
