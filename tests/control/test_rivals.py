@@ -111,7 +111,7 @@ def test_the_reactive_hand_grips_by_what_it_presses_with_and_keeps_what_it_lifte
     def answers(*forces, lifted=(False, True)):
         hand = controller("reactive", with_grip(grip, {"reactive.step_up": 1.2}))
         every = [Sample(np.zeros(count), *f, up) for f, up in zip(forces, lifted, strict=True)]
-        hand.start(calibration, every[0])
+        hand.start(calibration, Sample(np.zeros(count), 1.0, 0.0))
         return [hand.command(each) for each in every]
 
     slips = answers((9.0, 0.0), (9.0, 0.0), (9.0, 0.4), lifted=(False, False, True))
@@ -124,6 +124,10 @@ def test_the_reactive_hand_grips_by_what_it_presses_with_and_keeps_what_it_lifte
         lift, tugged = answers((pressed, 1.0), (pressed, 1.2), lifted=(True, True))
         assert lift.dy == pytest.approx(0.5 * 0.003 * (target - pressed), abs=1e-12)
         assert tugged.dy == pytest.approx(0.5 * 0.003 * (1.2 * target - pressed))
+    hand = controller("fixed_force", with_grip(grip, {"fixed_force.force_N": 6.0}))
+    hand.start(calibration, Sample(np.zeros(count), 1.0, 0.0))
+    opens = [hand.command(Sample(np.zeros(count), force, 0.0)).dy for force in (8.0, 30.0)]
+    assert opens == pytest.approx([-0.5 * 0.003 * 2.0, -0.008])  # by a step at the most
 
 
 @pytest.mark.parametrize("mass_g", [100.0, 300.0])

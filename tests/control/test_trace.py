@@ -91,6 +91,9 @@ def test_columns_may_stand_in_any_order_and_the_hand_may_see_the_lift():
         (changed(8, "dy_mm", 10.0), None, "row 8, column dy_mm = 10: must be at most 5"),
         (changed(8, "normal_force_N", -3.0), None, "row 8, column normal_force_N = -3"),
         (changed(8, "tangential_force_N", 30.0), None, "row 8, column tangential_force_N = 30"),
+        (changed(8, "tangential_force_N", -30.0), None, "row 8, column tangential_force_N = -30"),
+        (changed(8, "normal_force_N", -2e3), None, "row 8, column normal_force_N = -2000: .* 1000"),
+        (changed(9, "gage_3", -3e5), None, "row 9, column gage_3 = -300000: must be at most 20000"),
         (changed(9, "gage_3", 3e5), None, "row 9, column gage_3 = 300000: must be at most 20000"),
         (text(gages=1), None, "row 1, column gage_2 = 1 gages: must be at least 2"),
         (text(gages=0), None, "row 1, column gage_1 = 0 gages"),
@@ -132,6 +135,17 @@ def test_a_long_way_to_the_object_is_none_of_its_closing():
     cells = np.concatenate([air, table()])
     cells[:, 0] = 0.01 * np.arange(len(cells))
     assert len(parse_trace(text(cells))) == 2 * SAMPLES
+    cells[:, 2] = np.repeat([0.1, 4.0], SAMPLES)
+    (fault,) = faults(text(cells))
+    assert fault.startswith(f"row {2 * SAMPLES + 1}, column normal_force_N")  # the deepest
+
+
+def test_a_way_there_and_back_is_no_travel():
+    cells = table()
+    cells[:, 1] = 4.9 * (-1.0) ** np.arange(SAMPLES)
+    assert len(parse_trace(text(cells))) == SAMPLES
+    cells[:, 1] = 4.9
+    assert faults(text(cells))[0].startswith("row 12, column dx_mm")  # 11 of them pass 50 mm
 
 
 def test_what_is_no_trace_is_refused(tmp_path):
@@ -162,6 +176,7 @@ def test_a_recorded_simulation_reads_as_the_plant_was(half_plane, tmp_path):
     assert trace.readings == pytest.approx(np.array([s.readings for s in samples]), 1e-7, 1e-12)
     assert trace.normal_force == pytest.approx([s.normal_force for s in samples])
     assert trace.dx.sum() == pytest.approx(plant.truth().shear)
+    assert trace_of(samples, moves, 50.0).rows.tolist() == trace.rows.tolist()
 
 
 def test_lost_samples_rows_cut_short_and_decimal_commas_are_named_up_to_a_number():

@@ -19,7 +19,7 @@ from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
-from fingerdesign.control.trace import Trace, trace_of
+from fingerdesign.control.trace import Trace
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.sensing.identify import bench_fit
@@ -90,19 +90,6 @@ def test_curves_of_a_bench_are_those_of_its_phases():
     assert left.responses == pytest.approx((STUCK + 1.0)[None])
     assert [tilt for tilt, _ in found.tilted] == [-2.0]
     assert bench_curves(phases[:4], np.arange(2.0)).calibration.cross_talk == 0.0
-
-
-def test_a_point_is_the_mean_of_its_rows_but_those_that_come_too_late():
-    moves = [(0.0, 0.0), (0.0, 0.0), (0.0, 0.1), (0.0, 0.0), (0.0, 0.0), (0.02, 0.1), (0.02, 0.0)]
-    forces = (1.0, 3.0, 90.0, 4.0, 6.0, 20.0, 30.0)
-    trace = trace_of([Sample(np.full(2, f), f, -f) for f in forces], moves, 100.0)
-    found = points_of(trace, samples=5.0, delay=1)
-    # Before any move it reads 2, and of the last two moves there is one row each.
-    assert found.normal_force.tolist() == [3.0, 18.0, 28.0]
-    assert found.tangential_force.tolist() == [-3.0, -18.0, -28.0]
-    assert found.samples.tolist() == [10.0, 5.0, 5.0]
-    assert (found.approach.tolist(), found.shear.tolist()) == ([0.1, 0.2, 0.2], [0.0, 0.02, 0.04])
-    assert found.moves == [(0.0, 0.1), (0.02, 0.1), (0.02, 0.0)]
 
 
 @pytest.fixture(scope="module")
