@@ -19,7 +19,7 @@ from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
-from fingerdesign.control.trace import Trace
+from fingerdesign.control.trace import Trace, trace_of
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.sensing.identify import bench_fit
@@ -90,6 +90,11 @@ def test_curves_of_a_bench_are_those_of_its_phases():
     assert left.responses == pytest.approx((STUCK + 1.0)[None])
     assert [tilt for tilt, _ in found.tilted] == [-2.0]
     assert bench_curves(phases[:4], np.arange(2.0)).calibration.cross_talk == 0.0
+    # A quick press after three samples at rest, felt two samples late.
+    felt = [Sample(np.zeros(2), 6.0 * (k >= 5), 0.0) for k in range(20)]
+    trace = trace_of(felt, [(0.0, 0.3 * (k == 3)) for k in range(20)], 100.0)
+    quick = replace(phases[0], kind="quick", trace=trace)
+    assert bench_curves((*phases, quick), np.arange(2.0)).calibration.delay == 2
 
 
 @pytest.fixture(scope="module")
