@@ -9,7 +9,7 @@ from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.rig import Rig
-from fingerdesign.control.signals import NormalCalibration, Sample, gage_area
+from fingerdesign.control.signals import NormalCalibration, Sample, gage_area, response
 from fingerdesign.design.grip import Grip
 
 SETTINGS = Grip(
@@ -199,3 +199,5 @@ def test_the_floor_is_of_the_changes_size_whichever_way_it_goes():
     responses = np.array([0.0, 2.0, 2.0, 2.0, 0.0])
     for change, area in ((0.5, 3.0), (-0.5, 3.0), (0.01, 7.0), (-0.01, 7.0)):
         assert gage_area(GAGE_X, responses, 1.0, 7.0, change, 0.02) == area
+    still = Sample(responses, 1.0, 0.5)
+    assert np.isnan(response(still, replace(still, readings=2.0 * responses))).all()

@@ -105,20 +105,21 @@ def test_the_support_ends_a_fall(half_plane):
 
 
 def test_slides_of_a_lift_add_up(half_plane):
-    """Two tugs alike, each caught: twice the way of one, and the longest time of a catch."""
-    first, second = (
-        Disturbance(step_after_lift=step, extra_force_N=2.0, duration_steps=10)
-        for step in (500, 800)
+    """Each tug is caught; of half the time it makes a quarter of the way. The longest time of a
+    catch is told."""
+    first, *others = (
+        Disturbance(step_after_lift=step, extra_force_N=2.0, duration_steps=steps)
+        for step, steps in ((500, 10), (700, 5), (800, 5))
     )
     found = []
-    for tugs in ([first], [first, second]):
+    for tugs in ([first], [first, *others]):
         plant = raise_clear(hanging(half_plane, tugs), 5.0)
         for _ in range(1000):
             plant.move(0.0, 0.0)
         found.append(plant.truth())
     one, both = found
     assert (one.caught, both.caught) == (True, True)
-    assert both.slid == pytest.approx(2.0 * one.slid, rel=1e-3)
+    assert both.slid == pytest.approx(1.5 * one.slid, rel=1e-3)
     assert both.catch_time == pytest.approx(one.catch_time, rel=1e-3)
 
 

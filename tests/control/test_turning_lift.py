@@ -10,7 +10,7 @@ from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.contact.turning import turning
 from fingerdesign.control.episode import run_episodes
-from fingerdesign.control.plants.lift import LiftPlant, Timed
+from fingerdesign.control.plants.lift import LiftPlant, Relaxation, Timed
 from fingerdesign.control.plants.plant import press, safety_margin
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.plants.slide import Inertia
@@ -27,11 +27,11 @@ HALF = 0.5e-3 * GRAVITY * MASS_G
 OFF_CENTRE = {"grip.plant": "lift", "grip.off_centre_mm": 10.0}
 
 
-def plant(off, mass_g=MASS_G, friction=0.5):
+def plant(off, mass_g=MASS_G, friction=0.5, **more):
     problem = contact_problem(bump(21), Plane(0.0), friction)
     if off:
         problem = turning(problem, off, 0.5e-3 * GRAVITY * mass_g)
-    return LiftPlant(problem, "upper", mass_g)
+    return LiftPlant(problem, "upper", mass_g, **more)
 
 
 def raised(plant, depth, moves=80):
@@ -70,6 +70,12 @@ def test_the_slip_ratio_is_of_the_lift_or_of_the_moment():
         ratios[now] = small, held.truth().slip_ratio
     assert ratios[False][0] == ratios[False][1]
     assert ratios[True][0] < 0.8 * ratios[True][1]
+
+
+def test_the_torque_is_that_of_the_weight_on_its_arm_also_as_the_rubber_relaxes():
+    lift = plant(-OFF, timed=Timed(Relaxation(0.2, 1.0)))
+    assert raised(lift, 0.02).lifted
+    assert lift.move(0.0, 1e-4).torque == pytest.approx(-OFF * HALF, rel=0.02)
 
 
 def test_just_over_the_least_force_it_is_held_and_just_below_it_slips():
