@@ -155,6 +155,18 @@ def test_features_of_known_samples():
         assert len(found) == feature_count(GAGES)
 
 
+def test_features_of_a_change_are_of_all_the_way_and_of_the_stiffness_half_way():
+    """There and back by 0.02 and 0.01 mm, 0.01 mm closer: 0.04 mm in all. F_n would rise by 1/3 N,
+    and F_t by 0.01 mm times 12 N/mm, the stiffness at 7/6 N."""
+    curves = replace(CURVES, stiffness=np.array([10.0, 10.0, 22.0]))
+    history = [moment(1.0, 0.2), moment(1.0, 0.2, 0.02), moment(1.3, 0.1, -0.01, 0.01)]
+    since = 2 * GAGES + 5 + GAGES + 7  # the forces' part of the second lag, which is of all
+    size = 0.1 + 0.3 * 0.3 + 0.02
+    forces = np.array([0.3, -0.1, 0.3 - 1 / 3, -0.1 - 0.12]) / size
+    expected = [*forces, 0.25, np.log(0.04), np.log(size / 1.3)]
+    assert features(history, curves, 0.5)[since : since + 7] == pytest.approx(expected)
+
+
 def test_an_object_that_turns_gives_way_as_its_torque_shows():
     """At an arm of the turn radius half of the stiffness is left: a rise of 0.1 N for 0.02 mm at 10
     N/mm is then no slip. Without torque, or without a turn radius, it is."""
@@ -208,6 +220,8 @@ def test_neighbours_stand_in_for_a_gage_that_falls_silent():
     assert np.isfinite([whole, soon]).all()
     places = np.array(readings_at(GAGES))
     assert list(np.flatnonzero(np.isnan(found))) == list(places + 1)
+    other = features(spoken(2), replace(strong, pressed=-strong.pressed), 0.5)
+    assert list(np.flatnonzero(np.isnan(other))) == list(places + 1)  # pressed, it is compressed
     first = [at for at in range(len(found)) if at not in np.add.outer(places, (1, 2))]
     assert np.array_equal(found[first], whole[first])
     band = replace(
