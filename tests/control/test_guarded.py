@@ -45,6 +45,13 @@ def _guarded(given):
     return Guarded("mine:Hand", lambda: Hand(given))
 
 
+def test_each_part_of_a_sound_command_is_handed_on_as_it_is():
+    given = Command(0.01, -0.02, True, 3.0, unsure=False, stick_ratio=0.4, warns=True)
+    assert _guarded(given).command(FELT) == given
+    other = Command(-0.01, 0.02, False, unsure=True, warns=False)
+    assert _guarded(other).command(FELT) == other
+
+
 @pytest.mark.parametrize(
     ("given", "named"),
     [
@@ -54,6 +61,7 @@ def _guarded(given):
         (Command(math.nan, 0.1, False), "dx = nan"),
         (Command(0.0, -math.inf, False), "dy = -inf"),
         (Command(0.0, 2 * MOST_MOVE, False), "dy = 2000"),
+        (Command(-2 * MOST_MOVE, 0.0, False), "dx = -2000"),
         (Command("1", 0.1, False), "dx = '1'"),
         (Command(1j, 0.1, False), "dx = 1j"),
         (Command(np.zeros(2), 0.1, False), "dx = "),

@@ -27,11 +27,11 @@ HALF = 0.5e-3 * GRAVITY * MASS_G
 OFF_CENTRE = {"grip.plant": "lift", "grip.off_centre_mm": 10.0}
 
 
-def plant(off, mass_g=MASS_G, friction=0.5, **more):
+def plant(off, mass_g=MASS_G, friction=0.5):
     problem = contact_problem(bump(21), Plane(0.0), friction)
     if off:
         problem = turning(problem, off, 0.5e-3 * GRAVITY * mass_g)
-    return LiftPlant(problem, "upper", mass_g, **more)
+    return LiftPlant(problem, "upper", mass_g)
 
 
 def raised(plant, depth, moves=80):
@@ -73,7 +73,9 @@ def test_the_slip_ratio_is_of_the_lift_or_of_the_moment():
 
 
 def test_the_torque_is_that_of_the_pull_on_its_arm_also_as_the_rubber_relaxes():
-    lift = plant(-OFF, timed=Timed(Relaxation(0.2, 1.0)), ratio_of_now=True)
+    problem = turning(contact_problem(bump(11), Plane(0.0), 0.5), -OFF, HALF)
+    timed = Timed(Relaxation(0.2, 1.0))
+    lift = LiftPlant(problem, "upper", MASS_G, timed=timed, ratio_of_now=True)
     list(press(lift, 0.016, 0.008))
     felt = [lift.move(0.0005, 0.0) for _ in range(2)][-1]
     assert felt.torque == pytest.approx(-OFF * felt.tangential_force, rel=0.02)
