@@ -295,6 +295,10 @@ def test_a_trial_is_judged_by_its_worst_scene_and_its_failures_are_counted():
     assert found.losses.tolist() == [0.3, -1.2]
     assert (found.metrics["stick_error"], found.metrics["least_margin"]) == (0.3, 1.2)
     assert (found.feasible, found.failure) == (True, "")
+    (key,) = study.constraints  # of constraints, too
+    for values in ((1.0, 0.5), (0.5, 1.0)):
+        two = [scene("n", 0.1, 1.2, metrics=found.metrics | {key: value}) for value in values]
+        assert judge(study, two).metrics[key] == 0.5
     lost = judge(study, [scene("n", 0.1, 1.2), broken("crashed")])
     assert (lost.feasible, lost.failure) == (False, "it crashed")
     assert lost.losses.tolist() == [ABSENT, ABSENT]

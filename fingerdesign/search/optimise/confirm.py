@@ -214,15 +214,21 @@ def _many(count: int, one: str, more: str) -> str:
 
 
 def judge(study: Study, outcomes: Sequence[Outcome]) -> Judged:
-    """Judge the outcomes of a finger, one for each scene, against the study."""
+    """Judge the outcomes of a finger, one for each scene, against the study.
+
+    metrics: objectives and constraints, those of the scene where they are worst.
+    """
     values, broken = reported(study, outcomes)
     signs = [1.0 if each.direction == "min" else -1.0 for each in study.objectives]
     objectives = dict(zip((each.metric for each in study.objectives), values, strict=True))
     metrics: dict[str, float | None] = {}
     for metric in (*objectives, *study.constraints):
-        found = [each.metrics.get(metric) for each in outcomes]
-        absent = None in found or broken["failed"] > 0.0
-        metrics[metric] = None if absent else objectives.get(metric, found[0])
+        known = [v for each in outcomes if (v := each.metrics.get(metric)) is not None]
+        absent = len(known) < len(outcomes) or broken["failed"] > 0.0
+        worst = objectives.get(metric)
+        if worst is None and not absent:
+            worst = max(known, key=study.constraints[metric].beyond)
+        metrics[metric] = None if absent else worst
     return Judged(
         outcomes[0].name,
         np.array(values) * signs,

@@ -129,11 +129,13 @@ class Bound(Table):
 
     def excess(self, value: float | None) -> float:
         """Distance of a value outside the bounds, 0 within; infinite without a value."""
-        if value is None:
-            return math.inf
+        return math.inf if value is None else max(self.beyond(value), 0.0)
+
+    def beyond(self, value: float) -> float:
+        """Distance of a value outside the bounds; within, the negative one to the nearer bound."""
         low = -math.inf if self.at_least is None else self.at_least
         high = math.inf if self.at_most is None else self.at_most
-        return max(low - value, value - high, 0.0)
+        return max(low - value, value - high)
 
 
 class Optimise(Table):
