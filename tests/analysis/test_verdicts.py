@@ -97,6 +97,19 @@ def test_a_lighter_object_that_fails_another_verdict_is_not_proposed(result):
         assert lighter(result, (thin,), 0.05) == brings
 
 
+def test_a_range_of_masses_begins_where_the_lightest_bears_the_force(result):
+    """Six times the least of 50 g is three times, less a tenth, that of 110 g."""
+    other = failing(result, lifted=[0.3]).grips[0]
+    grips = [replace(other, object_mass_g=mass) for mass in (50.0, 500.0)]
+    grips = [
+        replace(each, peak_normal_force_N=ratio * each.least_force_N, safety_margin=1.4)
+        for each, ratio in zip(grips, (6.0, 1.6), strict=True)
+    ]
+    fixes = verdict_view(replace(result, grips=tuple(grips), measurability=None)).fixes
+    changes = [each.change for each in fixes if "object_mass_g" in each.change]
+    assert changes == ["grip.object_mass_g = [110, 500]"]
+
+
 def test_more_steps_name_the_force_that_still_rises(result):
     slow = {"outcome": "steps", "steps": 200, "object_mass_g": 200.0}
     slow["final_tangential_force_N"] = 0.4903  # half of the pull that lifts
