@@ -1,7 +1,9 @@
 """Defaults that follow finger and object: which do, when they stay, what is written."""
 
+import numpy as np
 import pytest
 
+from fingerdesign.checks.follow import lift_force
 from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.design.io import design_data, dump_design
@@ -9,7 +11,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.design.starter import starter_text
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.zone import approach_for
+from fingerdesign.layout.zone import approach_for, contact_reach
 
 TEXT = 'design.name = "a"\n'
 
@@ -45,6 +47,19 @@ def test_the_fundamental_case_presses_with_four_thirds_of_what_holds_at_a_half()
     force = 4.0 / 3.0 * weight_per_finger(max(design.grip.masses_g)) / 0.5
     deep = approach_for(design, SceneObject(), force)
     assert design.grip.fundamental_approach_mm == pytest.approx(deep, rel=0.01)
+
+
+@pytest.mark.parametrize("name", ["domed", "pin"])
+def test_off_the_middle_of_an_ellipse_the_force_grows_by_its_mean_distance(name):
+    """0.9 of its root mean square, and that of Hertz's pressure is (a^2 + b^2) / 5; four rounds
+    find the force to 3 %."""
+    design = with_values(load_design(name), {"grip.plant": "lift", "grip.off_centre_mm": 10.0})
+    force = lift_force(design, 0.5, 1.2, 200.0)
+    deep = approach_for(design, SceneObject(), force)
+    across, along = contact_reach(design, SceneObject(), deep)
+    mean = 0.9 * np.sqrt((across**2 + along**2) / 5.0)
+    centred = 1.2 * weight_per_finger(200.0) / 0.5
+    assert force == pytest.approx(centred * np.hypot(1.0, 10.0 / mean), rel=0.03)
 
 
 def test_a_value_that_is_given_stays_and_others_follow_it():
