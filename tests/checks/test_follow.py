@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.checks.follow import lift_force
 from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.design.grip import Grip, weight_per_finger
@@ -47,6 +48,12 @@ def test_the_fundamental_case_presses_with_four_thirds_of_what_holds_at_a_half()
     force = 4.0 / 3.0 * weight_per_finger(max(design.grip.masses_g)) / 0.5
     deep = approach_for(design, SceneObject(), force)
     assert design.grip.fundamental_approach_mm == pytest.approx(deep, rel=0.01)
+    shipped, own = (
+        np.array(s.path.increments_mm) for s in (fundamental_scene(), fundamental_scene(design))
+    )
+    assert own == pytest.approx(
+        shipped * (design.grip.fundamental_approach_mm / shipped[:, 0].max())
+    )
 
 
 @pytest.mark.parametrize("name", ["domed", "pin"])

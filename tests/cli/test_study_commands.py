@@ -6,8 +6,10 @@ import struct
 from pathlib import Path
 
 import pytest
+from fingerdesign_cli.studies.progress import SearchProgress
 
 from fingerdesign.search.compare.read import read_comparison
+from fingerdesign.search.run.run import Standing
 from tests.support.any_outcomes import any_outcomes
 
 TEXT = (
@@ -193,3 +195,13 @@ def test_wrong_input_of_a_comparison_is_named(outcomes, page, terminal, in_tmp_p
     assert not page.exists()
     assert read_comparison([outcomes]).outcomes == MADE
     assert Path("pipe.html").is_fifo()
+
+
+def test_the_time_left_of_a_search_that_goes_on_is_by_the_trials_of_this_run():
+    shown = []
+    progress = SearchProgress(shown.append, scenes=2)
+    progress.trials(10, 20)
+    progress.standing(Standing(4, 8, 0, 0, 4, 0.0))
+    (now,) = shown
+    assert (now.number, now.of) == (24, 40)
+    assert now.left == pytest.approx(now.seconds / 4 * 16)  # four came since it began

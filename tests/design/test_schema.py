@@ -158,6 +158,7 @@ def test_rows_take_what_they_do_not_say_from_the_table():
     text = "plates.rows = [{ cover_mm = 5.0 }, { along = 'z', count = 3, cover_mm = 8 }]"
     plates = parse_design(NAME + text).plates
     assert plates.number == 15 + 15 + 3
+    assert parse_design(NAME + "plates.rows = [{ cover_mm = 5.0, count = 0 }]").plates.number == 15
     first, second, third = plates.all_rows
     assert (first.cover_mm, second.cover_mm, third.cover_mm) == (2.0, 5.0, 8.0)
     assert (second.pitch_mm, third.along, second.along) == (1.0, "z", "x")

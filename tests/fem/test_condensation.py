@@ -331,6 +331,13 @@ def test_points_mirror_with_their_signs():
     assert np.abs(strain[2, 4:]).max() < 1e-9 * np.abs(strain[2]).max()
 
 
+def test_strains_on_the_mirror_plane_are_those_of_a_linear_field():
+    mesh = extrude(DESIGN, Zone(1.5))
+    slopes = np.array([[1.0, 2.0, 0.0], [3.0, 4.0, 0.0], [0.0, 0.0, 5.0]])  # it mirrors in z
+    found = strain_rows(mesh, np.array([0.5, 3.2, 0.0])) @ (mesh.points @ slopes.T).ravel()
+    assert found == pytest.approx(np.array([1.0, 4.0, 5.0, 5.0, 0.0, 0.0]), abs=1e-9)
+
+
 MODULI = ("materials.silicone.youngs_modulus_MPa", "materials.phosphor_bronze.youngs_modulus_MPa")
 PARTS = tuple(zip(MODULI, ("body", "plates"), strict=True))
 

@@ -11,7 +11,7 @@ from fingerdesign import load_design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume, plate_volume
-from fingerdesign.robots.describe import _roll_pitch_yaw, describe, mjcf, urdf
+from fingerdesign.robots.describe import _roll_pitch_yaw, _site, describe, mjcf, urdf
 from fingerdesign.robots.rigid import RigidBody, rigid_body, triangles_of
 
 WITHOUT = "pip install 'fingerdesign[mujoco]' brings it"
@@ -118,6 +118,12 @@ def test_a_number_that_is_no_density_or_size_is_refused(wrong, tmp_path):
     with pytest.raises(DesignError, match="--flex = "):
         describe(design, tmp_path, None, wrong)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_site_is_where_the_gage_is_along_z(block):
+    frame = plate_frames(block[2])[0]
+    off = _site(frame, 1.5).centre - _site(frame, 0.0).centre
+    assert sorted(np.abs(off).tolist()) == pytest.approx([0.0, 0.0, 1.5e-3])
 
 
 def test_mujoco_reads_masses_and_sites(block):

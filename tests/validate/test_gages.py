@@ -219,7 +219,9 @@ def test_advice_names_what_limits_a_finger(found, quick, error, std, sentences):
 
 
 def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
-    named = replace(found, design="half-plane", digest="0")
+    # The array leaves out what reads nothing: plates have other numbers than its gages.
+    gages = tuple(replace(each, plate=each.plate + 3) for each in found.gages)
+    named = replace(found, design="half-plane", digest="0", gages=gages)
     target = tmp_path / "half-plane"
     for _ in range(2):  # an older one is replaced
         with FOLDER.written(target) as folder:
@@ -228,6 +230,7 @@ def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
     record = json.loads((target / "observability.json").read_text())
     assert record["stick_error"] == found.stick_error
     assert [row["count"] for row in record["counts"]] == [5, 4, 3, 2, 1, 0]
+    assert sorted(record["counts"][0]["plates"]) == [3, 4, 5, 6, 7]
     rows = list(csv.DictReader((target / "gages.csv").read_text().splitlines()))
     assert [float(row["x_mm"]) for row in rows] == [-4.0, -2.0, 0.0, 2.0, 4.0]
     counts = list(csv.DictReader((target / "counts.csv").read_text().splitlines()))
