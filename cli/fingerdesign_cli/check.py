@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import textwrap
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ import click
 from fingerdesign.cad.step_rules import check_mirror
 from fingerdesign.checks.foil import gage_keys
 from fingerdesign.checks.meshing import plane_strain_faults
+from fingerdesign.control.roster import needs_training
 from fingerdesign.design.io import Judged
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -192,10 +194,25 @@ def _notes(design: Design) -> list[str]:
     mends = ", ".join(f"{key} = {value:g}" for key, value in keys.items())
     about_gages = (gage_words(design, fit, mends), stiffness_words(design, fit))
     found += [*filter(None, about_gages), *sheet_words(design)]
+    found += [*_training_words(design)]
     return found + [
         f"sound in three dimensions only: {fault.key} = {fault.value} must be {fault.bound}"
         for fault in plane_strain_faults(design)
     ]
+
+
+def _training_words(design: Design) -> Iterator[str]:
+    """The training that a design's controller begins with, and what makes it needless."""
+    if not needs_training(design.grip.controller):
+        return
+    from fingerdesign.sensing.train.ready import shipped_estimator
+
+    if shipped_estimator(design, "plane-strain") is None:
+        ships = shipped_estimator(design) is not None
+        yield (
+            f"grip.controller = '{design.grip.controller}' is trained before its first grip, in up "
+            "to half an hour" + ("; --fidelity 3d takes an estimator that ships" if ships else "")
+        )
 
 
 def _step_words(design: Design) -> str:

@@ -335,7 +335,8 @@ def _masses(grips: Sequence[GripResult], lightest: float = 0.0, heaviest: float 
     low, high = max(min(own), float(two_digits(lightest))), min(max(own), heaviest)
     high = float(two_digits(high))
     if min(own) == max(own):
-        return f"grip.object_mass_g = {min(low, high):g}"
+        mass = min(low, high)
+        return f"grip.object_mass_g = {mass:g}" if mass < own[0] else ""
     return f"grip.object_mass_g = [{low:g}, {high:g}]" if low < high else ""
 
 

@@ -129,12 +129,12 @@ def write_lifts(
     """
     refuse(rate_Hz)
     writer = _Writer(folder, rate_Hz)
-    found = in_processes(lifts_of, bench, batches, workers)
+    found, every = in_processes(lifts_of, bench, batches, workers), sum(map(len, batches))
     for done, (_, lifts) in enumerate(found, 1):
         for lift in lifts:
             writer.add(lift)
-        report(f"lifting: {len(writer.rows)} lifts", done / len(batches))
-    return writer.close() | {"left_out": sum(map(len, batches)) - len(writer.rows)}
+        report(f"lifting: {len(writer.rows)} of {every} lifts", done / len(batches))
+    return writer.close() | {"left_out": every - len(writer.rows)}
 
 
 class _Writer:

@@ -84,7 +84,13 @@ def estimator_of(
     shipped = shipped_estimator(design, fidelity)
     if shipped is not None:
         return shipped
-    return training_result_for(design, report, workers, fidelity).estimator
+    if shipped_estimator(design) is None:
+        return training_result_for(design, report, workers, fidelity).estimator
+
+    def hinted(message: str) -> None:
+        report(f"{message}; --fidelity 3d needs no training")
+
+    return training_result_for(design, hinted, workers, fidelity).estimator
 
 
 def grip_fidelity(fidelity: str) -> str:

@@ -162,7 +162,7 @@ def estimator_faults(
     known = {key: each for each in FIDELITIES for key in finger_keys(design, each)}
     own = known.get(estimator.design)
     if own is not None and fidelity in FIDELITIES and own != fidelity:
-        remedy = f"fingerdesign train DESIGN --fidelity {fidelity}"
+        remedy = f"--fidelity {own}, or fingerdesign train DESIGN --fidelity {fidelity}"
         return [Fault("estimator", f"trained in {own}", f"one trained in {fidelity}", remedy)]
     if own is None:
         value = f"one trained on {estimator.design[:12]}"
