@@ -3,6 +3,7 @@
 0 done; 1 the work failed; 2 the input is wrong (one line a fault); 130 interrupted.
 """
 
+import errno
 import os
 import signal
 import sys
@@ -104,6 +105,9 @@ def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
     if isinstance(error, BrokenPipeError):  # nobody reads our output: `fingerdesign ... | head`
         sys.stdout = None
         return FAILED
+    if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
+        _say(f"{str(error.filename)[:60]}... is too long for the name of a file")
+        return BAD_INPUT
     if isinstance(error, OSError):
         remedy = "; free space there, or write to another disk" if is_full(error) else ""
         _say(f"failed: {error}{remedy}")

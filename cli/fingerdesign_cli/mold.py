@@ -48,6 +48,9 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     name = design.design.name
     if profile is not None:
         design = with_profile(design, profile)
+        if instead.process not in (None, design.mold.process):
+            words = f"warning: --process {instead.process} with the limits of {profile}"
+            click.echo(words, err=True)
     given = {key: value for key, value in asdict(instead).items() if value is not None}
     design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})
     refuse_foreign(FOLDER, out / name)

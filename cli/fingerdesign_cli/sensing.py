@@ -210,6 +210,8 @@ def _export_regulator(design: Design, folder: Path, path: Path | None, target: T
     with recorded(UNITS[regulator.FILE] if is_unit else _IN_C, folder) as (aside, show):
         estimator = _estimator_of(design, path, show, target.fidelity)
         estimator = estimator if target.noise is None else estimator.at_noise(target.noise)
+        if estimator.noise > (most := estimator.bands[-1].most_noise):
+            click.echo(f"warning: it was trained for a noise of up to {most:g}", err=True)
         unit = regulator.fmu(estimator, design.grip) if is_unit else b""
         texts = {} if is_unit else c_files(estimator, design.grip)
         for file, content in ({regulator.FILE: unit} if is_unit else texts).items():

@@ -99,7 +99,8 @@ class Axes(Options):
         """Raise DesignError for options that belong to perturbed fingers."""
         needs = {"--fault": self.faults, "--plants": self.plants, "--lifts": self.lifts}
         bound, remedy = "given with --perturbed alone", "add --perturbed, or leave it out"
-        if wrong := [Fault(key, value, bound, remedy) for key, value in needs.items() if value]:
+        shown = {k: v if isinstance(v, int) else " ".join(v) for k, v in needs.items() if v}
+        if wrong := [Fault(key, value, bound, remedy) for key, value in shown.items()]:
             raise DesignError(wrong)
 
 

@@ -199,11 +199,11 @@ class ControlGrid:
         found += _axis_faults("--mass-g", self.masses_g, LEAST_MASS_G, 1e5)
         found += _axis_faults("--noise", self.noises, 0.0, 1e4)
         if self.perturbed is not None:
-            bound = f"one of {', '.join(LABELS)}, or some of them joined by +"
+            bound = f"one of {', '.join(LABELS)}, or some of them, each once, joined by +"
             found += [
                 Fault("--fault", label, bound, "correct it")
                 for label in self.perturbed.labels
-                if label != NONE and not {*label.split("+")} <= {*LABELS} - {NONE}
+                if label != NONE and not _joined(label)
             ]
         if self.cells_of_one > _MOST_GRIPS:
             bound = f"at most {_MOST_GRIPS} grips a controller"
@@ -211,6 +211,12 @@ class ControlGrid:
         if not 0 <= self.seed < 2**32:
             found.append(Fault("--seed", self.seed, f"from 0 to {2**32 - 1}", "choose another"))
         return found
+
+
+def _joined(label: str) -> bool:
+    """True of a fault's name, or of some joined by +, each once."""
+    names = label.split("+")
+    return {*names} <= {*LABELS} - {NONE} and len({*names}) == len(names)
 
 
 def _axis_faults(key: str, values: tuple[float, ...], least: float, most: float) -> list[Fault]:

@@ -69,6 +69,8 @@ def test_an_estimator_is_exported(folder, tmp_path, estimator, terminal):
     assert (
         f"5 gages, {weights} weights" in terminal("export", "--to", "c", *given, tmp_path / "c").out
     )
+    loud = [*given[:3], 900.0, "--out", tmp_path / "loud"]
+    assert "trained for a noise of up to" in terminal("export", "--to", "c", *loud).err
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
 

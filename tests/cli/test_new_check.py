@@ -43,6 +43,7 @@ def test_new_refuses_names_that_no_file_can_have(terminal):
         "a.txt": "try a.toml",
     }.items():
         assert why in terminal("new", name, code=2).err
+    assert "too long for the name of a file" in terminal("check", 300 * "a", code=2).err
     assert Path("link.toml").is_symlink()
 
 

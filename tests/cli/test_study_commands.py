@@ -179,6 +179,7 @@ def test_page_and_csv(outcomes, page, tmp_path, terminal):
         (["--objective", "stick_eror:min"], "did you mean stick_error?"),
         (["--objective", "normal_force_N"], "METRIC:min or METRIC:max"),
         (["--objective", "stik"], "did you mean stick_error?"),
+        (["--objective", "cost:min", "--objective", "cost:max"], "a metric once"),
         (["nowhere"], "RESULT = nowhere"),
         (["--out", "page.txt"], "must end in .html"),
         (["--csv", "new/page.html"], "must not be that of another option"),

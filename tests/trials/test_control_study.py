@@ -228,7 +228,10 @@ def test_a_wrong_axis_is_refused_by_its_option(change, words):
         refuse(replace(ControlGrid(), **change), ())
 
 
-def test_a_controller_given_twice_is_refused():
+def test_a_controller_or_a_fault_given_twice_is_refused():
+    twice = ControlGrid.of_perturbed(Perturbed(("dying+dying",), 1, 1))
+    with pytest.raises(DesignError, match="each once, joined by"):
+        refuse(twice, ())
     with pytest.raises(DesignError, match="--controller = paper: must be given once"):
         refuse(ControlGrid(), ("paper", "reactive", "paper"))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome, designs_csv
 from fingerdesign.records.result_files import RESULT_FILE
 from fingerdesign.runtime.files import why_no_place, write_whole
@@ -117,7 +117,7 @@ def _why_not(option: str, given: Path, read: set[Path], taken: set[Path]) -> str
 
 
 def _objectives(requested: Sequence[str]) -> list[Objective]:
-    found = []
+    found: list[Objective] = []
     for text in requested:
         metric, _, goal = text.partition(":")
         known = METRICS.get(metric)
@@ -128,6 +128,9 @@ def _objectives(requested: Sequence[str]) -> list[Objective]:
             raise click.UsageError(
                 f"--objective {text}: must be METRIC:min or METRIC:max; say which end is better"
             )
+        if metric in [each.metric for each in found]:
+            remedy = "leave the second one out"
+            raise DesignError([Fault("--objective", text, "a metric once", remedy)])
         found.append(Objective(metric, "min" if goal == "min" else "max"))
     return found
 

@@ -300,6 +300,14 @@ def _found_data(found: Found) -> dict[str, object]:
     }
 
 
+def _warn_of_another(target: Path, text: str) -> None:
+    """Warn where the folder holds what another text of the study, or another study, gave."""
+    former = target / "study.toml"
+    if former.is_file() and former.read_text("utf-8") != text:
+        remedy = "give it a study.name of its own, or another --out, to keep both"
+        click.echo(f"{target} is of another study.toml, and is replaced; {remedy}", err=True)
+
+
 @interrupted(GOES_ON)
 def sweep(study_file: Path, out: Path, shard: str | None, setting: Setting) -> int:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them."""
@@ -308,6 +316,7 @@ def sweep(study_file: Path, out: Path, shard: str | None, setting: Setting) -> i
     part = (1, 1) if shard is None else shard_of(shard)
     target = out / (study.name if shard is None else f"{study.name}.{part[0]}-of-{part[1]}")
     refuse_foreign(FOLDER, target)
+    _warn_of_another(target, text)
     scenes = study_scenes(study, folder)
     plan = planned(study, variants(study, base_design(study, folder), part), scenes)
     most = len(range(part[0], number_of_points(study) + 1, part[1])) * len(scenes)

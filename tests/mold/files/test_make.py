@@ -240,7 +240,9 @@ def test_the_command_exits_1_where_a_check_fails(stages, command, tmp_path):
     assert process["limits"]["slot_mm"] == limits_of(Mold(process="fdm")).slot_mm
     profile = tmp_path / "mine.toml"
     profile.write_text('process = "sla"\n[limits]\nslot_mm = 0.41\n', encoding="utf-8")
-    data = json.loads(command("--profile", profile, "--process", "fdm", "--json", code=1).out)
+    shown = command("--profile", profile, "--process", "fdm", "--json", code=1)
+    data = json.loads(shown.out)
+    assert f"--process fdm with the limits of {profile}" in shown.err
     assert (data["process"]["name"], data["process"]["limits"]["slot_mm"]) == ("fdm", 0.41)
 
 
