@@ -198,7 +198,7 @@ def _show_card(card: gripbench.Scorecard, folder: Path) -> None:
         low, high = success.low or 0.0, success.high or 1.0
         words = number(success.rate, 1, 100.0, NONE), f"{100 * low:.1f}–{100 * high:.1f}"
         median = NONE if margin is None else f"{margin.median:.2f}"
-        rows.append([each["controller"], *words, median, f"{each['dropped']}"])
+        rows.append([_named(each["controller"]), *words, median, f"{each['dropped']}"])
     grips = card["scores"][0]["grips"]
     title = f"GripBench {card['version']}, {card['set']}: {grips} grips each; success in %"
     print_table(title, ["controller", "success", "95 %", "margin", "dropped"], rows)
@@ -250,7 +250,7 @@ def _study(
 def _show(found: ControlStudy, folder: Path) -> None:
     """One table, the findings, and where the page with all other tables is."""
     noise, data = found.trace_noise, found.data
-    rows = [(each["controller"], at_noise(each, noise)) for each in data["controllers"]]
+    rows = [(_named(each["controller"]), at_noise(each, noise)) for each in data["controllers"]]
     print_table(
         f"{data['design']} at {noise:g} microstrain: {rows[0][1].grips} grips each; "
         "success and held in %",
@@ -293,7 +293,12 @@ def _show_faults(found: ControlStudy) -> None:
             cells.append(words if margin is None else f"{words}, {margin.median:.2f}")
         rows.append([label, *cells])
     title = f"success in % (95 % over fingers), margin; {perturbed['plants']} fingers a row"
-    print_table(title, ["fault", *(each["controller"] for each in every)], rows)
+    print_table(title, ["fault", *(_named(each["controller"]) for each in every)], rows)
+
+
+def _named(controller: str) -> str:
+    """A controller's name; of the one that ``--program`` runs: "program"."""
+    return "program" if controller == PROGRAM else controller
 
 
 def _shares(name: str, own: Summary) -> list[str]:

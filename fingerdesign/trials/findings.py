@@ -142,9 +142,9 @@ def _interval(held: Share, aim: str) -> str:
     """The ends of a share's interval, and what they say of the target."""
     low, high, enough = held.low or 0.0, held.high or 0.0, rate_of(held) >= HELD_SHARE
     if enough and low < HELD_SHARE:
-        certain = f"does not exclude less than {aim}"
+        certain = f"begins below {aim}: more grips decide"
     elif not enough and high >= HELD_SHARE:
-        certain = f"does not exclude {aim}"
+        certain = f"reaches {aim}: more grips decide"
     else:
         certain = f"lies wholly {'above' if enough else 'below'} {aim}"
     return f"{100.0 * low:.1f} to {percent(high)}, {certain}"
