@@ -143,8 +143,9 @@ def _warned(
 
 def _interrupted(stored: str) -> int:
     """Say so; stored: what becomes of the work."""
-    if reached():
-        _say(f"stopped: {reached()}; {stored}")
+    if limit := reached():  # of memory as much is needed again, of time what is left
+        more = "; raise it" if "--memory-limit" in limit else ""
+        _say(f"stopped: {limit}{more}; {stored}")
         return FAILED
     click.echo(f"interrupted; {stored}", err=True)
     return INTERRUPTED

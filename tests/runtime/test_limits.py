@@ -44,6 +44,11 @@ def test_a_command_that_is_stopped_leaves_nothing_half_written(tmp_path):
     assert "stopped: --time-limit = 3 s is over; finished work is stored" in found.stderr
     assert not out.exists() or not list(out.iterdir())
     assert command("validate", file, "--out", out, "--memory-limit", "nan").returncode == 2
+    found = command("validate", file, "--out", out, "--memory-limit", "1")
+    assert (found.returncode, "more than --memory-limit = 1 MB; raise it" in found.stderr) == (
+        1,
+        True,
+    )
 
 
 def command(*arguments):
