@@ -28,7 +28,7 @@ slow-test: $(VENV)/.dev
 every-test: $(VENV)/.dev
 	$(PYTEST) --durations=40
 
-# How much of the code the fast tests run, file by file; what runs in processes of its own counts.
+# How much of the code the fast tests run, at least: of forked processes not all is seen.
 coverage: $(VENV)/.dev
 	$(PIP) install --quiet "pytest-cov>=7" && mkdir -p out
 	$(PYTEST) -m "not slow" --cov --cov-report=term:skip-covered --cov-report=html

@@ -97,6 +97,9 @@ def test_variants_of_a_study_are_computed_in_processes_that_know_the_plug_in(com
     (command.folder / "study.toml").write_text(f"{STUDY}# of another day\n")
     _, written = command("sweep", "study.toml", "--out", "swept", "--workers", "1")
     assert "is of another study.toml, and is replaced" in written
+    assert (
+        "is replaced" not in command("sweep", "study.toml", "--out", "swept", "--workers", "1")[1]
+    )
 
 
 def test_what_is_sent_to_another_process_stays_what_it_is(command):

@@ -209,9 +209,11 @@ def _training_words(design: Design) -> Iterator[str]:
 
     if shipped_estimator(design, "plane-strain") is None:
         ships = shipped_estimator(design) is not None
+        where = "; in 3-D it takes an estimator that ships" if ships else ""
+        plane = " in plane strain" if ships else ""
         yield (
-            f"grip.controller = '{design.grip.controller}' is trained before its first grip, in up "
-            "to half an hour" + ("; --fidelity 3d takes an estimator that ships" if ships else "")
+            f"grip.controller = '{design.grip.controller}' is trained before its first grip"
+            f"{plane}, in up to half an hour{where}"
         )
 
 

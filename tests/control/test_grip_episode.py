@@ -62,19 +62,19 @@ def test_a_lift_ends_at_the_first_step_over_the_weight(half_plane, bench):
 
 
 class Scripted:
-    """A plant whose truths are as written, whatever it is told; told: its moves."""
+    """A plant whose truths are as written, whatever its moves."""
 
     def __init__(self, truths):
-        self.truths, self.told = truths, []
+        self.truths, self.moves = truths, []
 
     def move(self, dx, dy):
-        if len(self.told) == len(self.truths):
+        if len(self.moves) == len(self.truths):
             raise SolverError("no more truths")
-        self.told.append((dx, dy))
+        self.moves.append((dx, dy))
         return Sample(np.zeros(11), self.truth().normal_force, 0.0)
 
     def truth(self):
-        return self.truths[len(self.told) - 1]
+        return self.truths[len(self.moves) - 1]
 
 
 class Sure(Always):
@@ -99,8 +99,8 @@ def test_a_grip_counts_its_steps_from_the_preload_and_judges_what_was_true_at_th
     episode = run_episode(plant, Sure(0.001, 0.01), bench, bounds, 0.5, MASS, after_lift=3)
     result = episode.result
     # The arm raises what hangs by 0.03 mm a step; a hand at the end of its stage closes no more.
-    assert np.array(plant.told[4:6]) == pytest.approx(np.array([[0.001, 0.01]] * 2))
-    assert np.array(plant.told[6:]) == pytest.approx(np.array([[0.031, 0.0]] * 3), abs=1e-12)
+    assert np.array(plant.moves[4:6]) == pytest.approx(np.array([[0.001, 0.01]] * 2))
+    assert np.array(plant.moves[6:]) == pytest.approx(np.array([[0.031, 0.0]] * 3), abs=1e-12)
     assert (result.outcome, result.steps, result.steps_to_lift) == ("lifted", 5, 2)
     assert (result.peak_normal_force_N, result.final_normal_force_N) == (9.0, 7.0)  # of the press
     assert (result.slip_ratio, result.safety_margin) == (0.4, 0.4 * 8.0 / 2.0)

@@ -106,7 +106,7 @@ def test_the_support_ends_a_fall(half_plane):
 
 def test_slides_of_a_lift_add_up(half_plane):
     """Each tug is caught; of half the time it makes a quarter of the way. The longest time of a
-    catch is told."""
+    catch is reported."""
     first, *others = (
         Disturbance(step_after_lift=step, extra_force_N=2.0, duration_steps=steps)
         for step, steps in ((500, 10), (700, 5), (800, 5))

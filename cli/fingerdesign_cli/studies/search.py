@@ -303,7 +303,7 @@ def _found_data(found: Found) -> dict[str, object]:
 def _warn_of_another(target: Path, text: str) -> None:
     """Warn where the folder holds what another text of the study, or another study, gave."""
     former = target / "study.toml"
-    if former.is_file() and former.read_text("utf-8") != text:
+    if former.is_file() and former.read_text("utf-8", "replace") != text:
         remedy = "give it a study.name of its own, or another --out, to keep both"
         click.echo(f"{target} is of another study.toml, and is replaced; {remedy}", err=True)
 
