@@ -105,7 +105,7 @@ def test_a_centre_in_the_middle_changes_nothing():
     ("pressure", "moment"),
     [
         # Integrals of mu p r over a circle of radius a, of the normal force N: in mu N a.
-        ("even", 2.0 / 3.0),
+        pytest.param("even", 2.0 / 3.0, marks=pytest.mark.slow),
         ("hertz", 3.0 * np.pi / 16.0),  # Lubkin 1951
     ],
 )

@@ -114,6 +114,7 @@ def test_where_it_is_let_go_the_dent_stays_for_a_while(half_plane):
     assert sample.normal_force == pytest.approx(back, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_weight_that_hangs_creeps_as_such_rubber_does(sticky):
     """One time constant: J = (1 - g exp(-(1 - g) t / T)) / (1 - g), all sticking."""
     share, time = 0.25, 0.3

@@ -72,6 +72,7 @@ def errors(running, problem, face, steps, deepest):
     return worst, kinds
 
 
+@pytest.mark.slow
 def test_a_unit_holds_sources_and_the_model_and_fmpy_finds_no_fault(unit, finger):
     with zipfile.ZipFile(unit) as archive:
         names = set(archive.namelist())
@@ -111,6 +112,7 @@ def test_moves_in_space_are_the_engines(tmp_path):
     assert kinds.min() > 5
 
 
+@pytest.mark.slow
 def test_a_move_without_an_answer_is_an_error_and_changes_nothing(unit, tmp_path):
     running = Running(unit, tmp_path, friction=FRICTION)
     running.step(dx=0.0, dy=0.05)
@@ -128,6 +130,7 @@ def test_a_move_without_an_answer_is_an_error_and_changes_nothing(unit, tmp_path
         Running(unit, tmp_path / "slippery", friction=0.0)
 
 
+@pytest.mark.slow
 def test_a_state_is_set_back(unit, tmp_path):
     running, names = (
         Running(unit, tmp_path, friction=FRICTION),

@@ -194,6 +194,7 @@ def coarse():
     return design, grip_problem(design, "3d", contact_size_mm=0.8)
 
 
+@pytest.mark.slow
 def test_training_meets_objects_that_turn(coarse):
     """Their utilisation counts by the least force that friction carries of the turn, the torque is
     that of their arm, and the curves have the turn radius where the cell measures torque."""

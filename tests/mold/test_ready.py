@@ -128,7 +128,16 @@ def test_leads_are_those_that_the_mold_wires():
     assert (film.kind, film.course, film.thickness_mm) == ("traces", "leg", 0.0002)
 
 
-@pytest.mark.parametrize("name", ["maeno2000", "narrow", "fine_tees", "boned", "both_ways"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "maeno2000",
+        "narrow",
+        "fine_tees",
+        "boned",
+        pytest.param("both_ways", marks=pytest.mark.slow),
+    ],
+)
 def test_lines_for_a_gage_give_one_that_fits_and_is_sold(name):
     design = shipped(name)
     found = sensor_of(design, gage_fit(design), PLACED, LED)

@@ -142,6 +142,7 @@ def test_a_draw_keeps_what_it_does_not_change():
     assert found.material_of("body").poissons_ratio == pytest.approx(0.3, rel=0.031)
 
 
+@pytest.mark.slow
 def test_draws_of_one_finger_share_its_model():
     design = parse_design(COARSE)
     plain, _ = perturbed_problems(perturb(design, [], 0))
