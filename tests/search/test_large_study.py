@@ -143,3 +143,13 @@ def test_jobs_are_held_a_part_at_a_time(tmp_path, monkeypatch):
     assert (len(drawn), first.traces, first.design) == (10, Traces(), {})
     assert [first.name, *(each.name for each in found)] == [each.name for each in drawn]
     assert (seen[-1].number, seen[-1].of, seen[-1].failures) == (25, 25, 1)
+
+
+def test_a_shard_beyond_the_last_variant_fails_nothing(tmp_path, terminal):
+    study = tmp_path / "few.toml"
+    study.write_text(
+        '[study]\nname = "few"\nbase = "narrow"\ncount = 2\n[parameters]\n"plates.cover_mm" = [1.8, 2.0]\n'
+    )
+    printed = terminal("sweep", study, "--out", tmp_path / "out", "--shard", "3/3", "--quiet")
+    assert printed.out == ""
+    assert (tmp_path / "out/few.3-of-3/study.json").is_file()
