@@ -113,7 +113,8 @@ def _site(frame: PlateFrame, across: float) -> GageSite:
     centre = frame.to_space(frame.centre[None], frame.middle + across)[0]
     axis, normal = frame.direction(frame.axis), frame.direction(frame.normal)
     axes = np.column_stack([axis, normal, np.cross(axis, normal)])
-    return GageSite(f"gage_{frame.index}", 1e-3 * centre, axes)
+    # From 1, as traces, mock-up units and data sets count gages.
+    return GageSite(f"gage_{frame.index + 1}", 1e-3 * centre, axes)
 
 
 def mjcf(finger: Description) -> str:

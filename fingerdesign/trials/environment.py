@@ -127,10 +127,21 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Draw friction and mass, press to the preload. Raises SolverError where that fails."""
+        """Draw friction and mass, press to the preload.
+
+        options: ``friction_coefficient`` and ``object_mass_g`` take the place of what is drawn.
+        Raises ValueError for other options, DesignError for values out of bounds, SolverError where
+        the press fails.
+        """
         super().reset(seed=seed)
-        self._friction = float(self.np_random.uniform(*self._frictions))
-        self._mass = float(np.exp(self.np_random.uniform(*map(log, self._masses))))
+        own = {
+            "friction_coefficient": float(self.np_random.uniform(*self._frictions)),
+            "object_mass_g": float(np.exp(self.np_random.uniform(*map(log, self._masses)))),
+        }
+        if unknown := set(options or {}) - set(own):
+            raise ValueError(f"options: {min(unknown)} is unknown; known are {', '.join(own)}")
+        self._friction, self._mass = map(float, (own | (options or {})).values())
+        _refuse((self._friction,) * 2, (self._mass,) * 2, 0.0)
         lift = self._lift(self._friction, self._mass)
         plant = ImperfectPlant(lift, self._hardware, self.np_random, self._plates)
         # Each sample answers the move of so many samples before.

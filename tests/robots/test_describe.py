@@ -136,7 +136,7 @@ def test_mujoco_reads_masses_and_sites(block):
     assert body.ipos == pytest.approx(found.rigid.centre)
     principal = np.sort(np.linalg.eigvalsh(found.rigid.inertia))
     assert np.sort(body.inertia) == pytest.approx(principal, rel=1e-6)
-    assert model.site("block_gage_3").pos == pytest.approx(found.sites[3].centre)
+    assert model.site("block_gage_4").pos == pytest.approx(found.sites[3].centre)
 
 
 def test_a_flex_sags_as_the_rubber_does(tmp_path):

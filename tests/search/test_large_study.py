@@ -147,9 +147,8 @@ def test_jobs_are_held_a_part_at_a_time(tmp_path, monkeypatch):
 
 def test_a_shard_beyond_the_last_variant_fails_nothing(tmp_path, terminal):
     study = tmp_path / "few.toml"
-    study.write_text(
-        '[study]\nname = "few"\nbase = "narrow"\ncount = 2\n[parameters]\n"plates.cover_mm" = [1.8, 2.0]\n'
-    )
+    head = '[study]\nname = "few"\nbase = "narrow"\ncount = 2\n'
+    study.write_text(f'{head}[parameters]\n"plates.cover_mm" = [1.8, 2.0]\n')
     printed = terminal("sweep", study, "--out", tmp_path / "out", "--shard", "3/3", "--quiet")
     assert printed.out == ""
     assert (tmp_path / "out/few.3-of-3/study.json").is_file()

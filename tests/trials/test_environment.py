@@ -226,6 +226,18 @@ def test_wrong_input_is_refused_by_name(made, given, named):
     assert [fault.key for fault in refused.value.faults] == [named]
 
 
+def test_options_of_a_reset_take_the_place_of_what_is_drawn(made):
+    environment = made(frictions=(0.2, 0.8), masses_g=(100.0, 300.0))
+    drawn = environment.reset(seed=2)[1]
+    own = environment.reset(seed=2, options={"object_mass_g": 250.0})[1]
+    assert own["object_mass_g"] == 250.0
+    assert own["friction_coefficient"] == drawn["friction_coefficient"]
+    with pytest.raises(ValueError, match="options: mass is unknown"):
+        environment.reset(options={"mass": 250.0})
+    with pytest.raises(DesignError, match="frictions"):
+        environment.reset(options={"friction_coefficient": 0.0})
+
+
 def test_noise_is_in_the_gages_alone_and_what_cannot_be_is_refused(made):
     quiet, loud = (made(noise_microstrain=noise).reset(seed=3)[0] for noise in (0.0, 0.5))
     assert 0.2 < np.std(loud[:11] - quiet[:11]) < 1.0
