@@ -23,7 +23,6 @@ from fingerdesign.runtime.progress import Progress
 from fingerdesign_cli.terminal import progress, quiet
 
 GOES_ON = "finished work is stored: run the same command to go on"
-LIFTS_GO_ON = f"an unfinished training is lost, {GOES_ON}"
 
 
 def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design, Scene | None]:
@@ -172,7 +171,7 @@ def recorded(
     stands. option: see :func:`naming_out`.
     """
     refuse_foreign(kind, target, option)
-    own = nullcontext() if journal is None else interrupted(LIFTS_GO_ON)
+    own = nullcontext() if journal is None else interrupted(GOES_ON)
     with own, folders_above(target), held(journal) if journal is not None else nullcontext():
         with kind.written(target) as folder, progress(target.name) as show:
             yield folder, show

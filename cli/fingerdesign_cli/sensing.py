@@ -49,7 +49,7 @@ from fingerdesign.sensing.identify.trace_report import (
 )
 from fingerdesign.sensing.model import grip_problem, gripped_case
 from fingerdesign.sensing.train.estimator import TrainingResult
-from fingerdesign_cli.inputs import estimator_for, interrupted, read_case, recorded
+from fingerdesign_cli.inputs import GOES_ON, estimator_for, interrupted, read_case, recorded
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import open_page, opens, print_table, say, say_result
 
@@ -86,7 +86,7 @@ def train(
     name = design.design.name
     kind = RecordFolder("training result", "training.json", ("training.json", "estimator.json"))
     with recorded(kind, out / name) as (folder, show):
-        with interrupted("an unfinished training is not stored"):
+        with interrupted(GOES_ON):  # grips of finished fingers are stored
             result = training_result_for(
                 design, lambda message: show(message, 0.0), workers or usable_cores(), fidelity
             )
