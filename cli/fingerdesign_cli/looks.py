@@ -199,6 +199,22 @@ def _calibration(data: _Data, _: Path) -> Look:
     return Look(f"calibration of {data['design']} ({data['fidelity']})", good, bad, facts)
 
 
+@_look("recorded.json", "recorded.html")
+def _recordings(data: _Data, _: Path) -> Look:
+    rows, rates = [], {}
+    for own in data["sets"]:
+        for each in own["scores"]:
+            shares = [each[key]["rate"] for key in ("right", "found", "false")]
+            words = ["-" if share is None else number(share, 0, 100.0) for share in shares]
+            rows.append([own["name"], each["detector"], *words])
+            if each["ours"]:
+                rates[f"{each['detector']}, {own['name']}"] = shares[0]
+    good, bad = _judged(rates, "right")
+    bad += [f"not read: {words}" for words in data["unread"]]
+    headings = ("recordings", "detector", "right %", "found %", "false %")
+    return Look(f"detectors of slip on {data['folder']}", good, bad, (), headings, rows)
+
+
 @_look("validate.json", "validate.html")
 def _validation(data: _Data, _: Path) -> Look:
     rows = [[each["title"], each["verdict"]] for each in data["assumptions"]]

@@ -146,6 +146,8 @@ FOLDERS = json.loads("""{
 [{"controller": "x", "by_noise": [{"noise_microstrain": 0.5, "success": {"rate": 0.2},
 "dropped": 1, "crushed": 0, "not_lifted": 3, "margin_at_lift": null}]}], "design": "a", "model":
 {"fidelity": "3d"}, "grips": 5, "warnings": []},
+"recorded.json": {"folder": "a", "unread": [], "sets": [{"name": "b", "scores": [{"detector": "x",
+"ours": true, "right": {"rate": 0.4}, "found": {"rate": 0.9}, "false": {"rate": null}}]}]},
 "unlike.json": {"plants": 3, "design": "a", "fidelity": "3d", "summaries": {"all": {"x":
 {"success": {"rate": 0.2}}}}}
 }""")
