@@ -134,6 +134,7 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         the press fails.
         """
         super().reset(seed=seed)
+        self._plant = None  # also where the press fails
         own = {
             "friction_coefficient": float(self.np_random.uniform(*self._frictions)),
             "object_mass_g": float(np.exp(self.np_random.uniform(*map(log, self._masses)))),

@@ -63,12 +63,13 @@ def test_gymnasiums_checker_passes(made):
 
 def test_estimates_are_the_estimators_of_samples_and_the_moves_that_they_answer(made, monkeypatch):
     """Two samples of delay: the first two samples answer no move."""
-    seen = []
+    seen, levels = [], []
 
     class Reports:
         gages = 11
 
         def at_noise(self, noise):
+            levels.append(noise)
             return self
 
         def estimate(self, history):
@@ -76,7 +77,8 @@ def test_estimates_are_the_estimators_of_samples_and_the_moves_that_they_answer(
             return Estimated(0.5, 0.25, 0.125)
 
     monkeypatch.setattr(module, "estimator_faults", lambda *_: [])
-    own = made({"grip.hardware.delay_samples": 2}, estimates=Reports())
+    own = made({"grip.hardware.delay_samples": 2}, estimates=Reports(), noise_microstrain=0.25)
+    assert (levels, own.observation_space.low[-3:].tolist()) == ([0.25], [0.0] * 3)
     first, _ = own.reset(seed=0)
     assert first[-3:].tolist() == [0.5, 0.25, 0.125]
     assert own.observation_space.contains(first)
@@ -142,7 +144,9 @@ def test_it_feels_what_the_plant_feels_and_is_rewarded_by_the_margin(made, half_
     ],
 )
 def test_endings(made, action, values, given, ending, truncated):
-    steps = until_the_end(made(values, **given), action)
+    environment = made(values, **given)
+    steps = until_the_end(environment, action)
+    assert len(until_the_end(environment, action)) == len(steps)  # counted anew
     _, reward, terminated, cut, info = steps[-1]
     assert (info["ending"], terminated, cut) == (ending, not truncated, truncated)
     assert reward == -STEP_COST - (not truncated)
@@ -176,10 +180,10 @@ def test_a_hand_at_the_end_of_its_stage_goes_on_holding_and_may_let_go(made):
 def test_what_the_solver_cannot_answer_ends_the_episode_with_its_sentence(made, monkeypatch):
     from gymnasium.error import ResetNeeded
 
-    environment = made()
+    environment, other = made(), made()
     with pytest.raises(ResetNeeded):
         environment.step(GENTLE)
-    environment.reset(seed=0)
+    environment.reset(seed=0), other.reset(seed=0)
     before, *_ = environment.step(GENTLE)
 
     def fail(*_):
@@ -188,6 +192,10 @@ def test_what_the_solver_cannot_answer_ends_the_episode_with_its_sentence(made, 
     with monkeypatch.context() as patched:
         patched.setattr(LiftPlant, "move", fail)
         observation, reward, terminated, truncated, info = environment.step(GENTLE)
+        with pytest.raises(SolverError):
+            other.reset(seed=0)
+    with pytest.raises(ResetNeeded):  # the episode before it is over, too
+        other.step(GENTLE)
     assert (reward, terminated, truncated) == (-STEP_COST, False, True)
     assert (info["ending"], info["reason"]) == ("failed", "no accepted answer")
     assert "stick_ratio" not in info
