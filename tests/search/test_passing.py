@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -16,16 +17,21 @@ from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import DesignError
-from fingerdesign.records.outcome import Outcome
+from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.records.result import GripResult, Measurability, MeasuredState, SlipStudySummary
 from fingerdesign.records.result_files import read_result
 from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.passing.found import SearchStopped, castable, conflicts_of, unready
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import front_of
+from fingerdesign.search.passing.hands import NO_HAND, Hand
 from fingerdesign.search.passing.page import passing_page
 from fingerdesign.search.passing.passing import (
     Callbacks,
+    Candidate,
+    Found,
+    _Run,
+    evaluated_by,
     find_passing,
     most_trials,
     search_passing,
@@ -33,7 +39,9 @@ from fingerdesign.search.passing.passing import (
 )
 from fingerdesign.search.passing.ranges import PASSING
 from fingerdesign.search.passing.space import changes_between, space_of
-from fingerdesign.search.run.evaluate import Job
+from fingerdesign.search.run.evaluate import Job, failed
+from fingerdesign.search.run.run import Store
+from fingerdesign.search.study.file import Cost
 from tests.support.passing import outcome
 
 
@@ -134,11 +142,11 @@ def judged(result, ratio):
     )
 
 
-def searched(tmp_path, confirm, hand=0.0, most=8):
+def searched(tmp_path, confirm, hand=0.0, most=8, **calls):
     design = load_design("maeno2000")
     space, bench = space_of(design, Freedom()), Bench(hand)
     with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
-        found = find_passing(space, Freedom(), trials, Callbacks(bench, confirm), most)
+        found = find_passing(space, Freedom(), trials, Callbacks(bench, confirm, **calls), most)
         values = [each.values for each in trials.drawn()]
     assert values[: len(space.starts)] == list(space.starts)
     return found, bench
@@ -159,15 +167,18 @@ def passing(space, evaluated, tmp_path, plane_strain):
 
 
 def test_search_ends_with_the_first_finger_that_passes(tmp_path, plane_strain):
-    confirmed = []
+    confirmed, improved = [], []
 
     def confirm(design):
         confirmed.append(design)
         return judged(plane_strain.result, 2.0)
 
-    found, bench = searched(tmp_path, confirm)
+    found, bench = searched(tmp_path, confirm, improved=improved.append)
     assert found.passes
     assert not found.conflict
+    first, last = improved  # by its gages, then with its hand and as a whole
+    assert (first.result, last) == (None, found.best)
+    assert first.design.plates == last.design.plates != found.space.base.plates
     assert len(found.tried) == 4
     assert len(confirmed) == 1  # The second trial is the shipped finger.
     assert confirmed[0].plates.cover_mm == load_design(PASSING[0]).plates.cover_mm
@@ -440,6 +451,103 @@ def test_conflicts_are_reported_where_none_passes(tmp_path, plane_strain):
         *("with steps ±5", "(MPa)", "lack one of the two, 1 of 3."),
     ):
         assert words in page
+
+
+@pytest.fixture(scope="module")
+def space():
+    return space_of(load_design("film_tees"), Freedom())
+
+
+def of_finger(space, short=0.0, result=None):
+    """A candidate with a hand of that shortfall; None: it has no hand."""
+    hand = NO_HAND if short is None else Hand({}, short, 0.0)
+    return Candidate(space.base, outcome(space.base, 0.0), hand, result)
+
+
+def run_of(space, *candidates, last=True, confirm=pytest.fail, evaluated=pytest.fail, keep=()):
+    calls = Callbacks(evaluated, confirm)
+    return _Run(space, Freedom(keep=keep), None, calls, last, candidates=list(candidates))
+
+
+def test_the_best_finger_is_one_analysed_as_a_whole_of_which_least_fails(space, plane_strain):
+    crushes, good = (judged(plane_strain.result, ratio) for ratio in (4.0, 2.0))
+    every = [of_finger(space, *each) for each in ((0.0, crushes), (0.03, good), (0.0, None))]
+    assert run_of(space, *every)._ended().best is every[1]
+    assert run_of(space, every[0], every[2])._ended().best is every[0]
+    near, far = of_finger(space, 0.1), of_finger(space, 0.3)
+    run = run_of(space, far, near, far, confirm=lambda design: good)
+    run._judge_nearest()
+    found = [(each.hand.shortfall, each.result is good) for each in run.candidates]
+    assert found == [(0.3, False), (0.3, False), (0.1, True)]
+
+
+def test_a_search_gives_up_after_four_whole_analyses_or_eight_hands(space, plane_strain):
+    whole, hand = of_finger(space, 0.0, plane_strain.result), of_finger(space, 1.0)
+    short = of_finger(space, None)
+    for few in ([whole] * 3, [hand] * 7, [hand] * 6 + [short] * 3):
+        assert not run_of(space, *few)._given_up()
+        assert run_of(space, *few, few[-1])._given_up()
+    assert [run_of(space, *[short] * 4, last=last)._given_up() for last in (True, False)] == [0, 1]
+
+
+def test_a_finger_is_analysed_as_a_whole_where_its_hand_has_half_the_room(space, plane_strain):
+    poor = replace(judged(plane_strain.result, 2.0), slip_studies=(study(0.1),))
+    for bench, whole in ((Bench(0.03), True), (Bench(0.05), False)):
+        run = run_of(space, evaluated=bench, confirm=lambda design: poor, keep=("grip",))
+        found = run._gripped(space.base, outcome(space.base, 0.0), whole=False)
+        assert (found.result is poor, found.hand.shortfall) == (whole, bench.hand)
+        assert not bench.own_mesh  # Its gages fail: no other hand mends that.
+
+
+def test_another_share_is_tried_where_gages_are_short_and_taken_where_it_is_better(space):
+    shorts, asked = {0.5: (0.0, 0.0), 0.6: (0.5, 0.2), 0.7: (0.5, 0.6)}, []
+
+    def evaluated(jobs):
+        found = []
+        for job in jobs:
+            again = job.design.gages.area_share == 0.7
+            asked.extend([job.values["cover"]] * again)
+            made = outcome(job.design, shorts[job.values["cover"]][again], best_area_share=0.7)
+            found.append(replace(made, values=job.values))
+        return found
+
+    plan = [Job("a", space.base, Cost(), {"cover": cover}) for cover in shorts]
+    for keep, expected in ((), [0.0, 0.2, 0.5]), (("gages.area_share",), [0.0, 0.5, 0.5]):
+        found = run_of(space, evaluated=evaluated, keep=keep)._with_best_share(plan)
+        assert [each.metrics["shortfall"] for each in found] == expected
+        assert ("gages.area_share" in found[1].values) is not bool(keep)
+    assert asked == [0.6, 0.7]
+
+
+def test_jobs_of_a_search_have_its_limit_and_those_that_failed_come_again(space, own_cache):
+    asked, job = [], Job("a", space.base, Cost(), {})
+    Store().put(ended := failed(job, Failure("timeout", "late")))
+
+    def outcomes(jobs, limits, look):
+        asked.append((len(jobs), limits.time_s))
+        return [(ended.digest, ended)] * len(jobs)
+
+    for retry in (False, True):
+        evaluated_by(SimpleNamespace(threads=1, outcomes=outcomes), retry)([job])
+    assert asked == [(0, 900.0), (1, study_of(space).limits.time_s)]
+
+
+def test_what_fails_of_a_finger_is_named_and_an_unsteady_hand_noted(space, plane_strain):
+    good = judged(plane_strain.result, 2.0)
+    none = good.parameters | {"plates.model": "none"}
+    for result, failing in (
+        (good, ()),
+        (replace(good, status="failed", failure="no mesh"), ("the analysis failed",)),
+        (replace(good, parameters=none, measurability=None), ("nothing was judged",)),
+        (judged(plane_strain.result, 4.0), (GRIP_FORCE,)),
+        (None, ()),
+    ):
+        found = of_finger(space, 0.0, result)
+        assert (found.failing, found.passes) == (failing, result is good)
+        shaky = replace(found, hand=Hand({}, 0.0, 0.2))
+        notes = [Found(space, (), (each,), each).note for each in (found, shaky)]
+        assert notes[0] == ""
+        assert ("sensitive" in notes[1]) is found.passes
 
 
 def seen(area, change):
