@@ -1,5 +1,6 @@
 """Grips judged and summed up, their page, docs/how_to/control.md; made-up grips, no model."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +18,9 @@ from fingerdesign.records.statistics import (
     spread_of,
 )
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.findings import findings
+from fingerdesign.trials.findings import _interval, findings
 from fingerdesign.trials.grid import Cell, ControlGrid
-from fingerdesign.trials.record import ControlStudy, control_data
+from fingerdesign.trials.record import ControlStudy, control_data, grips_csv
 from fingerdesign.trials.summary import fault_summary, summarise
 from fingerdesign.trials.tables import main_tables, noise_tables, tug_tables, warning_tables
 from tests.support.grips import grip, path_of, trial
@@ -88,10 +89,23 @@ def test_all_is_well():
         # The paper's rule is judged without noise, and this one was dropped with it.
         (({}, DROPPED), ({}, {}), ["pass", "pass", "pass", "warning"]),
         ((DROPPED, {}), ({}, {}), ["fail", "pass", "pass", "pass"]),
+        (({"peak_ratio": 4.0}, {}), ({}, {}), ["warning", "pass", "pass", "pass"]),
     ],
 )
 def test_what_is_not_well_is_reported(paper, regulator, expected):
     assert kinds(study(paper=paper, regulator=regulator)) == ["note", *expected]
+
+
+def test_the_regulator_is_compared_with_the_best_that_knows_no_more():
+    every = {"oracle_1.2": ({}, {}), "reactive": (DROPPED, {}), "paper": ({}, DROPPED)}
+    made = findings(study(**every, regulator=({}, {})).data)[-1]
+    assert made.verdict.target == "paper 75.0 %"
+
+
+def test_an_interval_says_whether_more_grips_decide():
+    words = {(500, 500): "wholly above", (100, 100): "begins", (98, 100): "reaches"}
+    for share, expected in (words | {(50, 100): "wholly below"}).items():
+        assert expected in _interval(share_of(*share), "99 %")
 
 
 def test_the_table_on_the_terminal_fits_80_columns(capsys):
@@ -226,6 +240,36 @@ def test_the_tables_of_the_page_hold_the_summaries_numbers():
     (warnings,) = warning_tables(data, 0.5)[0].rows
     assert warnings[2:5] == ("0", "0.05 (of 1)", "90 (of 1)")
     assert [each[1] for each in noise_tables(data)[0].rows] == ["100.0 (20.7 to 100.0, of 1)"]
+
+
+def test_each_number_stands_below_its_heading():
+    """One is dropped, two crushed, three not lifted, four failed; six are tugged."""
+    stays = {"lifted": False, "safety_margin": None, "outcome": "stage travel"}
+    every = [{}] * 5 + [DROPPED] + [{"peak_ratio": 4.0}] * 2 + [stays] * 3
+    every += [stays | {"outcome": "failed"}] * 4
+    cell = Cell("oracle_1.2", 0.3, 100.0, 0.5)
+    outcomes = [trial(cell, **changes) for changes in every]
+    every = [{}] * 3 + [{"reaction_steps": 3}] * 2 + [DROPPED]
+    outcomes += [trial(replace(cell, tug=0.3), **changes) for changes in every]
+    grid = ControlGrid((0.3,), (100.0,), (0.5,), tug_noise=0.5)
+    data = recorded(outcomes, ["oracle_1.2"], grid).data
+    for table, expected in (
+        (main_tables(data, 0.5)[0], ["oracle 1.2", "μ, m", "15", "33.3", "46.7", *"1234"]),
+        (tug_tables(data)[0], ["oracle 1.2", "6", "83.3", "40.0"]),
+    ):
+        found = [each.split(" (")[0] for each in table.rows[0]]
+        assert found[: len(expected)] == expected
+
+
+def test_a_row_of_grips_csv_is_its_cell_and_what_came_of_it():
+    own = {"steps": 70, "steps_to_lift": 40, "outcome": "lifted", "ending": "why", "lead_s": 0.7}
+    cell = Cell("reactive", 0.3, 100.0, 0.5, 0.2, "tilt", 6)
+    made = replace(trial(cell, **own, unsure=True), seed=11)
+    head, row = (line.split(",") for line in grips_csv([made]).splitlines())
+    assert row[:12] == ["reactive", "0.3", "100.0", "0.5", "0.2", "tilt", "6", "11", *"1100"]
+    found = dict(zip(head, row, strict=True))
+    named = {"steps": "40", "ending": "lifted", "reason": "why", "unsure": "1", "lead_s": "0.7"}
+    assert named.items() <= found.items()
 
 
 WARNED = {"alarms": 2, "false_alarms": 0, "samples": 50}

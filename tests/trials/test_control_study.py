@@ -11,7 +11,7 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign.checks.load import load_design
-from fingerdesign.control.metrics import unsure_at_the_end
+from fingerdesign.control.metrics import reaction_steps, unsure_at_the_end
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.design.grip import GRAVITY
@@ -20,6 +20,7 @@ from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.records.statistics import share_of
 from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.sensing.train.result import finger_key
+from fingerdesign.trials.bench import failed_grip, tuned_grip
 from fingerdesign.trials.grid import (
     FRICTIONS,
     MASSES_G,
@@ -32,8 +33,14 @@ from fingerdesign.trials.grid import (
 )
 from fingerdesign.trials.record import COLUMNS
 from fingerdesign.trials.stored import KIND, key_of, run_batches, stored_grips
-from fingerdesign.trials.study import StudyOptions, run_study, warnings_of
+from fingerdesign.trials.study import (
+    StudyOptions,
+    _study_digest,
+    run_study,
+    warnings_of,
+)
 from fingerdesign.trials.summary import Trial, summarise, unannounced, unsure
+from fingerdesign.trials.tuning import TuningSetting
 from tests.support.grips import grip
 from tests.trials.conftest import GRID
 
@@ -99,7 +106,8 @@ def test_what_does_not_measure_the_noise_is_solved_once_and_a_model_may_fail(ben
 
 def test_a_tugged_grip_is_the_same_grip_until_the_tug(bench):
     cell = Cell("oracle_1.5", 0.5, 200.0, 1.0)
-    still, tugged = bench.episode(cell).trace, bench.episode(replace(cell, tug=0.3)).trace
+    memory, pulled = Memory(), replace(cell, tug=0.3)
+    still, tugged = bench.episode(cell).trace, bench.episode(pulled, memory).trace
     steps = len(still.dx)
     assert still.lift_step == tugged.lift_step == steps - 1 - 5  # held for 0.05 s
     assert np.array_equal(tugged.gage_readings[:steps], still.gage_readings)
@@ -108,6 +116,68 @@ def test_a_tugged_grip_is_the_same_grip_until_the_tug(bench):
     assert pull[0] == pytest.approx(1.03, abs=1e-6)
     assert pull[9:20] == pytest.approx(1.3, abs=1e-6)
     assert pull[-1] == pytest.approx(1.0, abs=1e-6)
+
+    answered = bench.run_cell(pulled, memory).reaction_steps
+    least = 0.5 * bench.grip.approach_step_mm
+    assert answered == reaction_steps(tugged, steps, least) is not None
+    assert bench.run_cell(cell, memory).reaction_steps is None
+
+
+def test_each_bench_is_calibrated_with_noise_of_its_own(bench):
+    others = [replace(bench, grid=replace(GRID, seed=1))]
+    others += [replace(bench, finger=finger) for finger in (("tilt", 0), ("tilt", 1))]
+    found = [bench.calibration(0.0), bench.calibration(8.0), *(o.calibration(8.0) for o in others)]
+    assert len({each.full_stick.tobytes() for each in found}) == 5
+
+
+def test_the_settings_of_a_grip_and_its_cell_come_to_the_plant(bench):
+    cell = Cell("fixed_ratio", 0.5, 200.0, 0.0)
+
+    def run(other=bench, **values):
+        grip = tuned_grip(bench.grip, {f"grip.{key}": value for key, value in values.items()})
+        return other.with_grip(grip).episode(cell).trace.normal_force.tolist()
+
+    plain = run()
+    assert run(relaxation_per_minute=0.5) != plain
+    assert run(**{"hardware.gage_noise_microvolt_per_V": 50.0}) == plain  # a cell sets it
+    with pytest.raises(ValueError, match="in 3-D alone"):
+        run(off_centre_mm=2.0)
+    # The other finger meets the cell's friction, whatever its own is.
+    others = [replace(bench, opposite=bench.problem.with_friction(own)) for own in (0.5, 0.01)]
+    assert run(others[0]) == run(others[1])
+
+
+def test_grips_that_the_journal_lacks_are_run_and_the_work_is_counted(tmp_path):
+    made, shares = [], []
+
+    class Made:
+        def run_batch(self, cells):
+            made.extend(cells)
+            return [failed_grip(each, "why") for each in cells]
+
+    all_trials(Made(), tmp_path / "j", ["paper"])
+    assert len(made) == 12
+    found = all_trials(Made(), tmp_path / "j", ["paper", "x"], report=lambda _, s: shares.append(s))
+    assert {each.controller for each in made[12:]} == {"x"}
+    assert shares == [(12 + 3 * k) / 24 for k in range(1, 5)]
+    for cell, own in ((each.cell, each.result) for each in found):
+        facts = own.controller, own.friction_coefficient, own.object_mass_g, own.outcome
+        assert facts == (cell.controller, cell.friction, cell.mass_g, "failed")
+
+
+def test_all_that_decides_a_grip_but_its_cell_is_part_of_a_studys_digest(design):
+    grid, drawn = ControlGrid(), ControlGrid.of_perturbed(Perturbed(("tilt",), 5, 2))
+    grids = [grid, drawn, replace(drawn, perturbed=Perturbed(("tilt",), 5, 3))]
+    grids += [replace(drawn, **each) for each in ({"frictions": (0.2,)}, {"masses_g": (9.0,)})]
+    changes = [{"seed": 1}, {"hold_s": 0.3}, {"tug": None}, {"tug": Tug(0.4)}, {"tug_noise": 2.0}]
+    grids += [replace(grid, **each) for each in changes]
+    given = [(design, each, None, StudyOptions()) for each in grids]
+    options = [{"fidelity": "3d"}, {"tuning": TuningSetting()}, {"tuning": TuningSetting((2.0,))}]
+    given += [(design, grid, None, StudyOptions(**each)) for each in options]
+    given += [(design, grid, SimpleNamespace(to_json=lambda: "trained"), StudyOptions())]
+    assert len({_study_digest(*each) for each in given}) == len(given)
+    same = replace(grid, frictions=(0.3,), noises=(1.0,)), None, StudyOptions(workers=9)
+    assert _study_digest(design, *same) == _study_digest(*given[0])
 
 
 @pytest.mark.parametrize(("key", "value"), [("lifted", "no"), ("steps", 1.5), ("new", 1)])

@@ -1,5 +1,6 @@
 """Draws of fingers, objects and noise: each of its own stream, none of a training."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -107,3 +108,14 @@ def test_faults_seeds_and_tunings_have_fingers_objects_and_noise_of_their_own():
     cells = [cell for each in (grid, other) for batch in each.batches(["paper"]) for cell in batch]
     assert len({(cell.friction, cell.mass_g) for cell in cells}) == len(cells) == 400
     assert len({seed_of(cell, 0) for cell in cells}) == 400
+
+
+def test_a_grid_names_counts_and_orders_all_that_it_draws():
+    axes = (0.8, 0.2), (200.0, 400.0, 100.0), (0.0, 1.0)
+    grid = ControlGrid.of_perturbed(Perturbed((), 2, 3), 1, *axes)
+    cells = [cell for batch in grid.batches(["paper"]) for cell in batch]
+    assert len(cells) == grid.cells_of_one == (len(ALL) + 2) * 2 * 3 * 2
+    assert max(cell.mass_g for cell in cells) > 330.0
+    assert len({grid.plant_seed(label, plant) for label in ALL for plant in (0, 1)}) == 2 * len(ALL)
+    first = next(replace(grid, perturbed=None).batches(["paper"]))[0]
+    assert (first.friction, first.mass_g) == (0.2, 400.0)  # the longest: slippery and heavy

@@ -14,7 +14,8 @@ from fingerdesign.errors import DesignError
 from fingerdesign.records.statistics import beta_binomial_share
 from fingerdesign.sensing.perturb.faults import FAULTS
 from fingerdesign.trials import gripbench
-from fingerdesign.trials.grid import Perturbed
+from fingerdesign.trials.grid import Cell, Perturbed
+from tests.support.grips import trial
 
 ROOT = Path(__file__).parents[2]
 # The move of control/controllers/rivals.py's simplest hand, in two other languages.
@@ -106,6 +107,19 @@ def test_the_held_out_seed_needs_its_phrase(monkeypatch):
     grid = gripbench.benchmark_grid("guess")
     assert grid.seed != gripbench.PUBLIC_SEED
     assert grid.perturbed == gripbench.PERTURBED
+
+
+def test_a_score_is_of_its_controllers_grips_and_over_fingers():
+    slipped = {"gross_slip": True, "outcome": "complete slip", "safety_margin": None}
+    lifts = [("none", {}), ("none", slipped), ("tilt", {"peak_ratio": 4.0}), ("tilt", {})]
+    trials = [trial(Cell("paper", 0.3, 100.0, 0.5, fault=f), **own) for f, own in lifts]
+    trials += [trial(Cell("other", 0.3, 100.0, 0.5), peak_ratio=9.0)]
+    found = gripbench._score(trials, "paper")
+    counts = {"grips": 4, "fingers": 2, "dropped": 1, "crushed": 1, "failed": 0}
+    assert {key: found[key] for key in counts} == counts
+    assert found["success"] == beta_binomial_share([1, 1], [2, 2])
+    assert found["held"] == beta_binomial_share([1, 2], [2, 2])
+    assert found["by_fault"] == dict.fromkeys(("none", "tilt"), beta_binomial_share([1], [2]))
 
 
 @pytest.mark.slow

@@ -7,12 +7,15 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from fingerdesign_cli.main import main
 
+from fingerdesign.control.signals import Sample
 from fingerdesign.trials import study
+from fingerdesign.trials.lerobot import _frames
 from tests.support.session import never_called
 
 ROOT = Path(__file__).parents[2]
@@ -115,6 +118,16 @@ def test_each_episode_is_one_lift(data_set):
         assert np.ptp(state[own, names.index("gage_1")]) > 0.0
     assert {each["controller"] for each in read.episodes} == {"paper", "fixed_force"}
     assert {each["success"] for each in read.episodes} <= {True, False}
+
+
+def test_a_frame_is_a_sample_and_the_move_behind_it():
+    row, success = np.array([1.0, 2.0, 3.0]), SimpleNamespace(success=np.bool_(True))
+    trace = SimpleNamespace(approach=row, shear=10 * row, rise=0.5 * row, dx=3 * row, dy=-row)
+    samples = [Sample(np.array([7.0, 8.0]), 5.0 * k, 0.1 * k, k == 3) for k in (1, 2, 3)]
+    found = _frames(SimpleNamespace(trace=trace, samples=samples, result=success))
+    states = [[7.0, 8.0, 5.0 * k, 0.1 * k, k, 10.5 * k, 0.0] for k in (1, 2)]
+    assert found["observation.state"] == pytest.approx(np.array(states))
+    assert found["action"].tolist() == [[6.0, -2.0], [9.0, -3.0]]
 
 
 def test_its_own_loader_reads_it(data_set):

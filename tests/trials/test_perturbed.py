@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import jsonschema
 import numpy as np
@@ -11,6 +12,7 @@ from fingerdesign_cli.main import main
 from fingerdesign import parse_design
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
@@ -24,8 +26,8 @@ from fingerdesign.sensing.perturb.finger import (
     refuse_faults,
     training_faults,
 )
-from fingerdesign.trials.bench import PerturbedBench
-from fingerdesign.trials.grid import Cell, ControlGrid
+from fingerdesign.trials.bench import PerturbedBench, tuned_grip
+from fingerdesign.trials.grid import Cell, ControlGrid, Perturbed
 from tests.trials.conftest import COARSE
 
 
@@ -191,6 +193,28 @@ def test_friction_that_falls_with_the_pressure_has_its_coefficient_at_the_least_
     assert result.slip_ratio == pytest.approx(0.4, rel=0.02)
     assert result.friction_law.startswith("0.4 (p / ")
     assert result.safety_margin == pytest.approx(1.2, abs=0.05)
+
+
+def test_a_rig_has_what_its_finger_was_drawn_with_and_each_cell_its_values():
+    design, label = parse_design(COARSE), "gains+arm+tilt"
+    grid = ControlGrid.of_perturbed(Perturbed((label,), 2, 1), seed=7)
+    bench = PerturbedBench(design, grid, None, "plane-strain")
+    cell = Cell("fixed_ratio", 0.4, 200.0, 0.0, fault=label, plant=1)
+    rig, found = bench._rig(cell), perturb(design, label.split("+"), grid.plant_seed(label, 1))
+    assert rig.grip == found.design.grip != design.grip
+    assert (rig.grid.seed, rig.grid.tug.share, rig.finger) == (7, found.tug, (label, 1))
+    assert (rig.gripping.gap0 != rig.problem.gap0).any()
+    values = {"grip.fixed_ratio.ratio": 0.2}
+    (lift,) = bench.run_batch([replace(cell, values=tuple(values.items()))])
+    own = rig.with_grip(tuned_grip(rig.grip, values))
+    assert lift == own.run_cell(replace(cell, tug=found.tug), Memory())
+
+
+def test_a_finger_that_cannot_be_drawn_fails_each_of_its_lifts():
+    bench = PerturbedBench(load_design("both_ways"), ControlGrid(), None, "plane-strain")
+    cells = [Cell(name, 0.4, 200.0, 0.0, fault="row") for name in ("paper", "reactive")]
+    found = [(each.controller, "one level row" in each.ending) for each in bench.run_batch(cells)]
+    assert found == [("paper", True), ("reactive", True)]
 
 
 def test_another_mesher_is_requested_by_name_in_three_dimensions():
