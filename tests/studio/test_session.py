@@ -1,16 +1,19 @@
 """From sliders to numbers: one answer a move, condensed anew for the finger alone."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import load_design
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.starter import starter_text
 from fingerdesign.studio.engine import flat_scene
-from fingerdesign.studio.numbers import PRESSES, SHEARS, motions
+from fingerdesign.studio.figures import bars, trace, tractions
+from fingerdesign.studio.numbers import PRESSES, SHEARS, Numbers, motions
 from fingerdesign.studio.session import Session
-from fingerdesign.studio.sliders import Press
+from fingerdesign.studio.sliders import Press, renewed, sliders_of
+from fingerdesign.studio.words import finding, table
 from tests.support.pages import run_python
 
 
@@ -50,6 +53,64 @@ def test_numbers_obey_the_laws(numbers):
     assert (np.abs(numbers.shear) <= limit + 1e-9).all()
     assert (np.diff(numbers.ratio[PRESSES:]) <= 1e-9).all()
     assert numbers.readings.shape == (PRESSES + SHEARS, 15)
+
+
+def made(more=0.0, **changes):
+    """Numbers of a press that nobody computed; each gage falls by the shear, the second most."""
+    steps = np.arange(PRESSES + SHEARS) + more
+    facts = {"dimension": 2, "friction": 0.5, "width": 1.5 + more, "peak": 0.25 + more}
+    facts |= {"normal": 2.0 + steps, "tangential": 3.0 * steps, "ratio": np.full(20, 0.5)}
+    facts |= {"x": np.array([-2.0, 2.0]), "pressure": np.array([1.0, 2.0]) + more}
+    facts |= {"shear": np.array([0.3, 0.4]) + more, "status_x": np.array([-2.0, 1.0])}
+    facts |= {"status": np.array([0, 2]), "gage_x": np.array([-1.0, 1.0])}
+    return Numbers(**facts | {"readings": np.outer(steps, [-1.0 - more, -2.0])} | changes)
+
+
+def test_charts_and_table_show_their_own_numbers_and_those_that_are_pinned():
+    now, pinned = made(), made(1.0)
+    drawn = [each["y"] for each in tractions(now, pinned)["data"]]
+    assert drawn == [[1.3, 1.4], [2, 3], [0.5, 1], [1, 2], [0.3, 0.4]]
+    assert tractions(now)["layout"]["xaxis"]["range"] == [-1.25, 1.25]  # what is touched
+    assert [each["y"] for each in bars(now, 0, pinned)["data"]] == [[-12, -24], [-24, -24]]
+    beneath, own = trace(now, 0, pinned)["data"]
+    assert (own["y"][-1], beneath["y"][-1]) == (-19, -40)
+    assert len(trace(now, 1, made(readings=np.zeros((20, 1))))["data"]) == 1
+    rows = {name: cells for name, _, *cells in table(now, pinned)}
+    assert rows["normal force"] == ["22", "21"]  # pinned, now
+    assert [cells[1] for cells in rows.values()] == ["21", "57", "1.50", "0.50", "0.25", "24"]
+    found = [finding(made(ratio=np.array([end])))["status"] for end in (0.2, 0.19, 0.0, np.nan)]
+    assert found == ["pass", "warning", "fail", "note"]
+
+
+def test_a_pin_keeps_its_state_and_names_what_changed_since():
+    session = Session(Path("both_ways"))
+    session.engine = SimpleNamespace(numbers=lambda design, press: made(press.friction))
+    session.answer()
+    assert session.picked == 1  # the greatest change, though it is negative
+    assert session.engine.reach == session.values_of("approach").high
+    assert session.deep(made())["model"] == "3-D"
+    session.pin()
+    shown = session.move({"friction": 0.3, "body.width_mm": 21.0})
+    assert shown["pinned"] == "pinned (3-D); since then: friction 0.5 → 0.3, width 18 → 21 mm"
+    assert shown["model"] != "3-D"
+    assert shown["shape_before"] != shown["shape"]
+    assert session.pin()["pinned"] == ""
+
+
+def test_what_cannot_be_moved_has_no_slider_and_ends_stay_where_they_hold_the_value():
+    def sliders(name="maeno2000", **values):
+        found = sliders_of(
+            with_values(load_design(name), {k.replace("__", "."): v for k, v in values.items()})
+        )
+        return {each.key: each for each in found}
+
+    assert "body.depth_mm" not in sliders("pin")
+    assert "grip.object_mass_g" not in sliders(grip__object_mass_g=[100.0, 300.0])
+    old, key = sliders(), "body.width_mm"
+    assert (old[key].low, old[key].high) == (11.0, 33.0)
+    for width, ends in ((25.0, 33.0), (40.0, 60.0)):
+        new = renewed([*old.values()], [*sliders(body__width_mm=width).values()])
+        assert next(each.high for each in new if each.key == key) == ends
 
 
 def test_the_coarse_section_is_near_the_fine_one(numbers):
