@@ -12,7 +12,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import outline_volume, plate_volume
 from fingerdesign.robots.describe import _roll_pitch_yaw, _site, describe, mjcf, urdf
-from fingerdesign.robots.rigid import RigidBody, rigid_body, triangles_of
+from fingerdesign.robots.rigid import RigidBody, densities, rigid_body, triangles_of
 
 WITHOUT = "pip install 'fingerdesign[mujoco]' brings it"
 
@@ -35,6 +35,15 @@ def test_a_box_has_its_mass_centre_and_inertia():
     sides = np.array([2.0, 3.0, 5.0]) ** 2
     exact = np.diag(mass / 12.0 * (sides.sum() - sides)) * 1e-6
     assert np.abs(found.inertia - exact).max() < 1e-12 * np.abs(exact).max() + 1e-20
+
+
+def test_each_part_has_the_density_of_its_material_unless_another_is_given():
+    design, usual = load_design("boned"), {"plates": 7.85, "body": 1.1, "core": 2.7}
+    assert densities(design, {}) == usual
+    for part in usual:
+        material = getattr(design, "plates" if part == "plates" else "body").material
+        material = design.body.core.material if part == "core" else material
+        assert densities(design, {material: 3.5}) == usual | {part: 3.5}
 
 
 def test_mass_is_rubber_and_plates_apart(block):
@@ -73,6 +82,11 @@ def test_a_urdf_names_files_that_are_there(block):
     for site, joint in zip(found.sites, root.iter("joint"), strict=True):
         place = np.array(joint.find("origin").get("xyz").split(), dtype=float)
         assert place == pytest.approx(site.centre, abs=1e-9)
+        turned = np.array(joint.find("origin").get("rpy").split(), dtype=float)
+        assert turned == pytest.approx(_roll_pitch_yaw(site.axes), abs=1e-8)
+    roles = [(each.tag, each.get("name")) for each in root.find("link")[1:]]
+    assert roles == [("visual", "body"), ("visual", "plates"), ("collision", "collision")]
+    assert {each.get("scale") for each in root.iter("mesh")} == {"0.001 0.001 0.001"}
 
 
 def test_mass_centre_and_each_moment_of_inertia_stand_in_their_places(block):
@@ -137,6 +151,11 @@ def test_mujoco_reads_masses_and_sites(block):
     principal = np.sort(np.linalg.eigvalsh(found.rigid.inertia))
     assert np.sort(body.inertia) == pytest.approx(principal, rel=1e-6)
     assert model.site("block_gage_4").pos == pytest.approx(found.sites[3].centre)
+    axes = np.zeros(9)
+    mujoco.mju_quat2Mat(axes, model.site("block_gage_4").quat)
+    assert axes.reshape(3, 3) == pytest.approx(found.sites[3].axes, abs=1e-8)
+    meets = {part: model.geom(f"block_{part}").contype[0] for part in found.meshes}
+    assert meets == {"body": 0, "plates": 0, "collision": 1}
 
 
 def test_a_flex_sags_as_the_rubber_does(tmp_path):

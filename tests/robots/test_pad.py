@@ -164,7 +164,12 @@ def test_half_a_finger_reports_what_it_cannot_know():
     found = pressed(pad)
     assert found.outside == ()
     assert pad.planar
-    assert found.normal_force == pytest.approx(2 * pressed(pad_on(0.5)[0]).normal_force)
+    other, slid = pad_on(0.5)[0], np.array([0.02, -0.008, 0.0])
+    whole = pressed(other)
+    assert found.normal_force == pytest.approx(2 * whole.normal_force)
+    assert found.stored_mJ == pytest.approx(2 * whole.stored_mJ)
+    lost = [each.meet(slid, STILL).dissipated_mJ for each in (pad, other)]
+    assert lost == pytest.approx([2 * lost[1], lost[1]], rel=1e-3, abs=0.0)
     (words,) = pad.meet(np.array([0.0, -0.008, 0.2]), STILL).outside
     assert "0.2 mm out of the plane" in words
 
