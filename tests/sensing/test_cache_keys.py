@@ -1,10 +1,11 @@
-"""The names of cached estimators: each thing that decides them changes it."""
+"""The names of cached estimators: each thing that decides them changes it; meshes of grips."""
 
 from dataclasses import fields, replace
 
 import pytest
 
 from fingerdesign import parse_design, with_values
+from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.sensing.train.paths import Settings
 from fingerdesign.sensing.train.result import settings_of, training_key
 from tests.sensing.conftest import FINGER
@@ -58,3 +59,16 @@ def test_a_meshs_file_counts_by_its_content(tmp_path):
         moved = with_values(DESIGN, data | {"mesh.file": str(tmp_path / "elsewhere.msh")})
         assert training_key(moved, SETTINGS, "3d") in found
     assert len(found) == 3
+
+
+def test_grips_are_meshed_coarsely_and_no_finer_than_the_file_asks():
+    def meshed(values, *fixed):
+        mesh = meshed_for_grips(with_values(DESIGN, values), "3d", fixed_keys=fixed).mesh
+        return mesh.layers, mesh.contact_size_mm, mesh.section.gradation, mesh.mesher
+
+    fine = {"mesh.contact_size_mm": 0.2, "mesh.layers": 9, "mesh.mesher": "tetwild"}
+    assert meshed(fine) == (4, 0.4, 0.4, "auto")
+    assert meshed(fine, "mesh.layers", "mesh.mesher") == (9, 0.4, 0.4, "tetwild")
+    coarse = {"mesh.contact_size_mm": 0.6, "mesh.layers": 2, "mesh.section.gradation": 0.5}
+    assert meshed(coarse)[:3] == (2, 0.6, 0.5)
+    assert meshed({"body.depth_mm": 22.0})[0] == 7  # 0.6 in a mm of half the depth
