@@ -87,11 +87,12 @@ def test_a_count_stays_whole_and_full_spans_follow_the_depth(tmp_path):
     assert (saved.plates.count, saved.plates.span_mm) == (11, 8.0)
 
 
-def test_a_weight_of_a_tee_goes_with_the_tee(session):
-    session.document.put({"gages.grid": "tee", "gages.transverse_weight": 0.3})
+def test_a_weight_of_a_tee_goes_with_the_tee_and_a_span_of_its_own_stays(session):
+    own = {"gages.grid": "tee", "gages.transverse_weight": 0.3, "plates.span_mm": 5.0}
+    session.document.put(own)
     session.answer()
-    session.move({"gages.grid": "axial"})
-    assert session.design.gages.transverse_weight is None
+    session.move({"gages.grid": "axial", "body.depth_mm": 8.0})
+    assert (session.design.gages.transverse_weight, session.design.plates.span_mm) == (None, 5.0)
     assert session.faults == []
 
 
