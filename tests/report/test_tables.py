@@ -15,6 +15,7 @@ from fingerdesign.analysis.page.tables import (
     work_table,
 )
 from fingerdesign.records.result import PointStrain
+from fingerdesign.report.table import column_texts
 
 
 def with_parts(result, name, changes):
@@ -49,6 +50,7 @@ def test_noise_is_zero_and_a_column_has_one_format(plane_strain):
     assert [row[4] for row in cells] == ["0.000", "0.000", "1.900"]
     assert [row[3] for row in cells] == ["3.000", "0.000", "9.000"]
     assert cells[0][8] == "0.000"
+    assert [column_texts([1e-6], scale=scale)[0] for scale in (0.0, 1e4)] == ["0.000001", "0.000"]
 
 
 def with_scene(result, **changes):

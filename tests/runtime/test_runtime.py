@@ -229,6 +229,7 @@ def test_a_journal_keeps_records_in_their_order(tmp_path):
     with Journal(path, "a trial", "d") as journal:
         assert not path.exists()
         journal.add({"b": [1, 2.5, None], "a": {"x": "ö"}})
+        journal.add({"c": 9.0})
         journal.add({"c": 0.1})
         assert "a" in journal
     again = Journal(path, "a trial", "d")

@@ -41,7 +41,6 @@ def test_the_travel_follows_the_ends_of_the_path_and_ends_within_the_finger():
 
 
 def tried_by(design):
-    """The hand that is found, and the [grip] of all that are tried."""
     tried = []
 
     def judge(designs):

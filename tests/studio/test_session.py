@@ -56,7 +56,6 @@ def test_numbers_obey_the_laws(numbers):
 
 
 def made(more=0.0, **changes):
-    """Numbers of a press that nobody computed; each gage falls by the shear, the second most."""
     steps = np.arange(PRESSES + SHEARS) + more
     facts = {"dimension": 2, "friction": 0.5, "width": 1.5 + more, "peak": 0.25 + more}
     facts |= {"normal": 2.0 + steps, "tangential": 3.0 * steps, "ratio": np.full(20, 0.5)}

@@ -142,7 +142,6 @@ def test_the_settings_of_a_grip_and_its_cell_come_to_the_plant(bench):
     assert run(**{"hardware.gage_noise_microvolt_per_V": 50.0}) == plain  # a cell sets it
     with pytest.raises(ValueError, match="in 3-D alone"):
         run(off_centre_mm=2.0)
-    # The other finger meets the cell's friction, whatever its own is.
     others = [replace(bench, opposite=bench.problem.with_friction(own)) for own in (0.5, 0.01)]
     assert run(others[0]) == run(others[1])
 
