@@ -2,20 +2,35 @@
 
 import json
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, with_values
-from fingerdesign.analysis.answers import ARRAYS, CAD, DESIGN, PAGE, cached_answer
-from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.folder import complete
+from fingerdesign.analysis.analysis import parameters
+from fingerdesign.analysis.answers import (
+    ARRAYS,
+    CAD,
+    DESIGN,
+    PAGE,
+    _key,
+    cache_answer,
+    cached_answer,
+    is_cached,
+    missing,
+)
+from fingerdesign.analysis.case import Case, result_digest
+from fingerdesign.analysis.folder import _analysed_design, complete
 from fingerdesign.analysis.page import page
 from fingerdesign.analysis.page.page import report_html
+from fingerdesign.design.io import dump_design
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.pipeline import analyse_into, run
 from fingerdesign.records.base import ResultError
+from fingerdesign.records.result import Result
+from tests.support.result_folders import write_result_folder
 
 COARSE = {
     "mesh.section.contact_size_mm": 0.15,
@@ -123,3 +138,79 @@ def test_arrays_and_designs_that_were_changed_are_refused(case, tmp_path, own_ca
     assert about["pairs"]
     names = {"contact.points", "mesh.points", "slip_studies.0.stick_ratio", "grip_traces.0.hold"}
     assert names < set(arrays)
+
+
+def test_an_answer_s_key_holds_all_that_decides_its_numbers(case):
+    """``go_on`` alone changes nothing; ``tolerance`` counts for "auto"."""
+    rough = SceneObject(friction_coefficient=0.9)
+    other = {
+        "design": with_values(case.design, {"materials.silicone.youngs_modulus_MPa": 1.0}),
+        "scene": case.path_scene,
+        "fidelity": "3d",
+        "scene_name": "another",
+        "surface": rough,
+        **{name: not getattr(case, name) for name in ("grips", "fields", "studied", "for_page")},
+        "mesh_error": True,
+    }
+    known = {"go_on", "tolerance", "estimator"} | set(other)
+    assert known == {each.name for each in fields(Case)}
+    auto = replace(case, fidelity="auto", tolerance=0.01)
+    cases = [case, auto, replace(auto, tolerance=0.02)]
+    cases += [replace(case, **{name: value}) for name, value in other.items()]
+    cases.append(replace(case, design=with_values(case.design, {"design.name": "named"})))
+    assert len({_key(each) for each in cases}) == len(cases)
+    assert _key(replace(case, go_on=True, tolerance=0.5)) == _key(case)
+    assert _key(replace(case, estimator=object())) is None
+    scene, same = case.path_scene, (case.design, case.path_scene, "3d")
+    digests = {result_digest(*same), result_digest(case.design, scene, "finite")}
+    digests.add(result_digest(other["design"], scene, "3d"))
+    digests.add(result_digest(case.design, scene.model_copy(update={"object": rough}), "3d"))
+    assert len(digests) == 4
+
+
+def test_a_cached_answer_is_given_with_the_products_requested_alone(
+    case, plane_strain, tmp_path, own_cache
+):
+    result = replace(plane_strain.result, design="narrow")
+    drawn = {PAGE, CAD, "finger.stl"}
+    texts = dict.fromkeys([*drawn, DESIGN], "content")
+    folder = write_result_folder(tmp_path / "made", result, texts=texts)
+    cache_answer(case, folder, Result("narrow", "s", "0", {}, "3d", "failed", "it broke"))
+    assert not is_cached(case)
+    assert cached_answer(case, tmp_path / "none") is None
+    cache_answer(case, folder, result)
+    assert is_cached(case)
+    deep = replace(case, fidelity="3d")
+    assert not is_cached(deep)
+    cache_answer(deep, folder, result)
+    for number, (of, page, cad, given) in enumerate(
+        [
+            (case, None, None, set()),
+            (case, True, None, {PAGE}),
+            (case, None, True, {CAD, "finger.stl"}),
+            (deep, None, None, drawn),
+            (deep, False, None, {CAD, "finger.stl"}),
+        ]
+    ):
+        out = tmp_path / str(number)
+        assert cached_answer(of, out, page, cad) == result
+        there = {path.name for path in (out / "narrow").iterdir()}
+        assert there & drawn == given
+        assert {DESIGN, "result.json"} <= there
+        assert missing(of, out, page, cad) == (False, False)
+        assert missing(of, out, True, True) == (PAGE not in given, CAD not in given)
+
+
+def test_cad_is_drawn_of_the_design_that_was_analysed_alone(case, plane_strain, tmp_path):
+    known = parameters(case.design, case.path_scene)
+    result = replace(plane_strain.result, design="narrow", parameters=known)
+    text = dump_design(case.design)
+    folder = write_result_folder(tmp_path / "made", result, texts={DESIGN: text, CAD: ""})
+    assert _analysed_design(folder) == case.design
+    complete(folder, page=False, cad=True)  # It is there.
+    (folder / CAD).unlink()
+    changed = text.replace("width_mm = 10.0", "width_mm = 10.5", 1)
+    (folder / DESIGN).write_text(changed, encoding="utf-8")
+    complete(folder, page=False, cad=False)
+    with pytest.raises(ResultError, match=r"body\.width_mm is 10\.5 there and was 10"):
+        complete(folder, page=False, cad=True)
