@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ from fingerdesign.design.io import dump_design
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.pipeline import analyse_into, run
 from fingerdesign.records.base import ResultError
-from fingerdesign.records.result import Result
+from fingerdesign.records.result import MeshSummary, ModelSummary, Result
 from tests.support.result_folders import write_result_folder
 
 COARSE = {
@@ -142,75 +142,66 @@ def test_arrays_and_designs_that_were_changed_are_refused(case, tmp_path, own_ca
 
 def test_an_answer_s_key_holds_all_that_decides_its_numbers(case):
     """``go_on`` alone changes nothing; ``tolerance`` counts for "auto"."""
-    rough = SceneObject(friction_coefficient=0.9)
-    other = {
-        "design": with_values(case.design, {"materials.silicone.youngs_modulus_MPa": 1.0}),
-        "scene": case.path_scene,
-        "fidelity": "3d",
-        "scene_name": "another",
-        "surface": rough,
-        **{name: not getattr(case, name) for name in ("grips", "fields", "studied", "for_page")},
-        "mesh_error": True,
-    }
-    known = {"go_on", "tolerance", "estimator"} | set(other)
-    assert known == {each.name for each in fields(Case)}
+    scene, rough = case.path_scene, SceneObject(friction_coefficient=0.9)
+    softer = with_values(case.design, {"materials.silicone.youngs_modulus_MPa": 1.0})
+    flags = ("grips", "fields", "studied", "for_page", "mesh_error")
+    other = {name: not getattr(case, name) for name in flags}
+    other |= {"design": softer, "scene": scene, "scene_name": "b", "surface": rough}
     auto = replace(case, fidelity="auto", tolerance=0.01)
-    cases = [case, auto, replace(auto, tolerance=0.02)]
+    assert {*other, "fidelity", "tolerance", "go_on", "estimator"} == {*vars(case)}
+    cases = [case, auto, replace(auto, tolerance=0.02), replace(case, fidelity="3d")]
     cases += [replace(case, **{name: value}) for name, value in other.items()]
     cases.append(replace(case, design=with_values(case.design, {"design.name": "named"})))
     assert len({_key(each) for each in cases}) == len(cases)
     assert _key(replace(case, go_on=True, tolerance=0.5)) == _key(case)
     assert _key(replace(case, estimator=object())) is None
-    scene, same = case.path_scene, (case.design, case.path_scene, "3d")
-    digests = {result_digest(*same), result_digest(case.design, scene, "finite")}
-    digests.add(result_digest(other["design"], scene, "3d"))
+    digests = {result_digest(case.design, scene, each) for each in ("3d", "finite")}
+    digests.add(result_digest(softer, scene, "3d"))
     digests.add(result_digest(case.design, scene.model_copy(update={"object": rough}), "3d"))
     assert len(digests) == 4
 
 
-def test_a_cached_answer_is_given_with_the_products_requested_alone(
-    case, plane_strain, tmp_path, own_cache
-):
-    result = replace(plane_strain.result, design="narrow")
+def made_folder(folder, case, **texts):
+    """A result of the case that was never worked, in its folder, with these texts."""
+    model, mesh = ModelSummary(2, "P2", 1, 1, False), MeshSummary("a", 1, 30.0, 0.0, None)
+    known = parameters(case.design, case.path_scene)
+    given = {"model": model, "mesh": mesh, "parameters": known}
+    result = Result("narrow", "s", "0", {}, "3d", **given)
+    return result, write_result_folder(folder, result, texts=texts)
+
+
+def test_a_cached_answer_is_given_with_the_products_requested_alone(case, tmp_path, own_cache):
     drawn = {PAGE, CAD, "finger.stl"}
-    texts = dict.fromkeys([*drawn, DESIGN], "content")
-    folder = write_result_folder(tmp_path / "made", result, texts=texts)
+    result, folder = made_folder(tmp_path / "made", case, **dict.fromkeys([*drawn, DESIGN], "a"))
     cache_answer(case, folder, Result("narrow", "s", "0", {}, "3d", "failed", "it broke"))
     assert not is_cached(case)
     assert cached_answer(case, tmp_path / "none") is None
-    cache_answer(case, folder, result)
-    assert is_cached(case)
     deep = replace(case, fidelity="3d")
-    assert not is_cached(deep)
+    cache_answer(case, folder, result)
+    assert [is_cached(case), is_cached(deep)] == [True, False]
     cache_answer(deep, folder, result)
-    for number, (of, page, cad, given) in enumerate(
-        [
-            (case, None, None, set()),
-            (case, True, None, {PAGE}),
-            (case, None, True, {CAD, "finger.stl"}),
-            (deep, None, None, drawn),
-            (deep, False, None, {CAD, "finger.stl"}),
-        ]
+    solids = drawn - {PAGE}
+    flat = [(case, (None, None), set()), (case, (True, None), {PAGE}), (case, (None, True), solids)]
+    for k, (of, asked, given) in enumerate(
+        [*flat, (deep, (None, None), drawn), (deep, (False, None), solids)]
     ):
-        out = tmp_path / str(number)
-        assert cached_answer(of, out, page, cad) == result
+        out = tmp_path / str(k)
+        assert cached_answer(of, out, *asked) == result
         there = {path.name for path in (out / "narrow").iterdir()}
         assert there & drawn == given
         assert {DESIGN, "result.json"} <= there
-        assert missing(of, out, page, cad) == (False, False)
+        assert missing(of, out, *asked) == (False, False)
         assert missing(of, out, True, True) == (PAGE not in given, CAD not in given)
 
 
-def test_cad_is_drawn_of_the_design_that_was_analysed_alone(case, plane_strain, tmp_path):
-    known = parameters(case.design, case.path_scene)
-    result = replace(plane_strain.result, design="narrow", parameters=known)
+def test_cad_is_drawn_of_the_design_that_was_analysed_alone(case, tmp_path):
     text = dump_design(case.design)
-    folder = write_result_folder(tmp_path / "made", result, texts={DESIGN: text, CAD: ""})
+    _, folder = made_folder(tmp_path / "made", case, **{DESIGN: text, CAD: ""})
     assert _analysed_design(folder) == case.design
-    complete(folder, page=False, cad=True)  # It is there.
-    (folder / CAD).unlink()
     changed = text.replace("width_mm = 10.0", "width_mm = 10.5", 1)
     (folder / DESIGN).write_text(changed, encoding="utf-8")
+    complete(folder, page=False, cad=True)  # It is there.
+    (folder / CAD).unlink()
     complete(folder, page=False, cad=False)
     with pytest.raises(ResultError, match=r"body\.width_mm is 10\.5 there and was 10"):
         complete(folder, page=False, cad=True)

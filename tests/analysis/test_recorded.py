@@ -1,0 +1,169 @@
+"""What is recorded of a path, by made-up steps: rows, contact, caveats, fields, failures."""
+
+from dataclasses import asdict, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fingerdesign.analysis.analysis import _of_path, failed_analysis, study_summary, too_deep
+from fingerdesign.analysis.case import Case, Clock
+from fingerdesign.analysis.path import PathStopped, contact_history, follow_path, increment_result
+from fingerdesign.analysis.stages import recover_fields, zone_of
+from fingerdesign.analysis.work import Work
+from fingerdesign.checks.load import load_design, parse_design, with_values
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.laws import OPEN, SLIP, STICK
+from fingerdesign.contact.measures import Measures
+from fingerdesign.contact.path import Step
+from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.design.io import parse_scene
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.zone import Zone
+from fingerdesign.records.arrays import SlipStudy
+from fingerdesign.shapes.objects import Plane
+from tests.support.half_space import half_plane
+from tests.support.reduced import reduced_model
+
+DESIGN = parse_design('design.name = "a"\nbody.width_mm = 12.0\nplates.count = 5\ngrip.seed = 7')
+SCENE = parse_scene("path.increments_mm = [[0.1, 0.0]]")
+CREST = 10.0 + 20.0 - np.sqrt(20.0**2 - 6.0**2)
+GAGES, POINTS = 1e-6 * np.array([[3.0, 1.0], [-2.0, 6.0]]), 1e-6 * np.arange(6.0)[None]
+MEASURES = Measures(5.0, 2.0, 8.0, 2.0, 1.5, 0.4, 0.7, 3, 4, 5, 0.01, GAGES, POINTS, 0.3, 0.9)
+
+
+def step(status=(), approach=0.1, **changes):
+    """A step with the statuses of its nodes; changes: of its measures."""
+    motion = Motion(approach, 0.2, 0.3, 0.4)
+    given = {"status": np.array(status), "iterations": 7, "residual": 1e-12}
+    return Step(SimpleNamespace(motion=motion, **given), replace(MEASURES, **changes))
+
+
+@pytest.mark.parametrize(("face", "readings"), [("lower", [1.0, 6.0]), ("upper", [3.0, -2.0])])
+def test_a_row_of_the_record_holds_what_was_measured(face, readings):
+    row = asdict(increment_result(step(), face))
+    own, other = ([*each.values()] for each in row.pop("gages"))
+    assert own == pytest.approx([0, 3.0, 1.0, 2.0, 1.0, readings[0]])
+    assert other == pytest.approx([1, -2.0, 6.0, 2.0, -4.0, readings[1]])
+    (strains,) = row.pop("points")
+    assert [*strains.values()] == pytest.approx(range(6))
+    expected = [0.1, 0.2, 5.0, 2.0, 1.5, 0.25, 3, 4, 5, 0.7, 7, 1e-12, 0.3, 0.4, 0.3, 0.9]
+    assert [*row.values()] == expected
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_tractions_are_forces_over_areas_and_areas_of_a_section_are_lengths(dim):
+    points, areas = np.random.default_rng(1).random((4, dim)), np.array([2.0, 4.0, 8.0, 16.0])
+    known = {"areas": areas, "depth": 4.0, "symmetry_factor": dim - 1}
+    problem = SimpleNamespace(model=reduced_model(points, np.eye(4 * dim), **known))
+    force, state = np.arange(4.0 * dim).reshape(4, dim), SimpleNamespace(slip=np.ones((4, dim - 1)))
+    given = {"force": force, "multiplier": 3.0 * force, "status": np.arange(4) % 3, "state": state}
+    steps = [Step(SimpleNamespace(**given), None, own) for own in (None, 2.0 * areas)]
+    found = contact_history(problem, steps)
+    assert found.areas == pytest.approx(areas / 4.0 if dim == 2 else areas)
+    assert found.normal_traction[0] == pytest.approx(3.0 * force[:, 0] / areas)
+    assert found.tangential_traction[0] == pytest.approx(force[:, ::2] / areas[:, None])
+    assert found.tangential_traction[1] == pytest.approx(0.5 * found.tangential_traction[0])
+    assert found.symmetric == (dim == 3)
+
+
+def facts(status, dim=2, x=0.0, approach=0.1, case=None):
+    """Caveats of a path of rows of statuses, all nodes at ``x``."""
+    points = np.full((len(status[0]), dim), x)
+    problem = SimpleNamespace(model=SimpleNamespace(points=points, dimension=dim))
+    steps = [step(row, approach) for row in status]
+    return _of_path(case or Case(DESIGN, SCENE), problem, steps)
+
+
+def test_what_the_contact_is_too_little_or_too_wide_for_is_stated():
+    enough, late = [[STICK] * 10], [[OPEN] * 10, [OPEN] * 10, [STICK] * 10, [OPEN] * 10]
+    assert facts(enough) == facts([[SLIP] * 40], 3) == facts(late, approach=0.0) == {}
+    assert facts([[STICK] * 9 + [OPEN]]) == {"few_nodes": {"most": 9, "table": "mesh.section"}}
+    assert facts([[SLIP] * 39], 3) == {"few_nodes": {"most": 39, "table": "mesh"}}
+    assert facts(enough, x=-6.0) == {"edge": {}}
+    assert facts([[OPEN] * 10], x=6.0) == {"not_felt": {"rows": "1 row", "first": 1}}
+    assert facts(late) == {"not_felt": {"rows": "2 rows", "first": 1}}
+    assert facts(enough, case=Case(DESIGN)) == {"still_sticks": {"percent": 25.0}}
+    for values, name in (({"plates.count": 0}, "no_plates"), ({"plates.along": "z"}, "no_row")):
+        assert name in facts(enough, case=Case(with_values(DESIGN, values)))
+
+
+def test_a_deep_press_is_stated_with_what_to_do_and_followed_at_finite_strain():
+    enough, deep = [[STICK] * 40], 0.1001 * CREST
+    assert facts(enough, approach=0.0999 * CREST) == {}
+    known = {"deepest": deep, "share": pytest.approx(0.1001), "remedy": "take --fidelity finite"}
+    assert facts(enough, approach=deep) == {"large_strain": known}
+    assert facts(enough, approach=deep, case=Case(DESIGN, SCENE, "finite")) == {}
+    read = parse_scene("path.increments_mm = [[0.1, 0.0]]\nreadout.points_mm = [[0.0, 5.0, 0.0]]")
+    cases = [(SCENE, "3d", deep), (SCENE, "3d", 0.5), (SCENE, "plane-strain", deep)]
+    found = [
+        too_deep(Case(DESIGN, scene, fidelity), scene, [step(approach=0.0), step(approach=most)])
+        for scene, fidelity, most in [*cases, (read, "3d", deep)]
+    ]
+    assert found == [True, False, False, False]
+
+
+def test_rows_before_one_that_fails_are_recorded_and_forces_may_not_lead_too_far():
+    near, far = (contact_problem(half_plane(3.0, 61, r), Plane(0.0), 0.5) for r in (20.0, 2.0))
+    scene = parse_scene('path = {control = "force", increments_N = [[0.2, 0.01], [0.2, 0.12]]}')
+    with pytest.raises(PathStopped, match=r"^row 2 of 2 \(path.increments_N\[1\]\)") as stopped:
+        follow_path(near, scene, DESIGN)
+    (row,) = stopped.value.increments
+    assert (row.normal_force_N, row.tangential_force_N) == pytest.approx((0.2, 0.01))
+    low = {"plates.count": 0, "body.base_height_mm": 0.5, "body.arc_radius_mm": 500.0}
+    with pytest.raises(PathStopped, match="ask for less force"):
+        follow_path(far, scene, with_values(DESIGN, low))
+    clock = Clock()
+    for seconds in (1.0, 0.5):
+        clock.add({"mesh": seconds})
+    case = Case(DESIGN, scene, "auto")
+    failed = failed_analysis(case, stopped.value, clock).result
+    assert (failed.increments, failed.fidelity, failed.scene) == ((row,), "3d", "scene")
+    assert (failed.seeds, failed.timings_s["mesh"]) == ({"grip": 7}, 1.5)
+    assert "coarsen the mesh" in failed_analysis(case, MemoryError(), clock).result.failure
+    with pytest.raises(DesignError):
+        failed_analysis(case, DesignError([Fault("a", 1, "2", "b")]), clock)
+
+
+def test_the_summary_of_a_study_ranges_over_what_answers_and_touches():
+    k, none = 6, np.zeros((6, 2))
+    area, ratio = np.array([0.0, 0.0, 2.0, 3.0, 4.0, 0.0]), np.array([np.nan, *[0.5] * 5])
+    shares = ((0.3, 0.1), (0.4, None))
+    given = (0.4, ratio, 10.0 - np.arange(k), area, area, np.arange(2.0), none, none)
+    study = SlipStudy(*given, 5.0, 0.2, 0.7, area, area, 0.03, 0.6, shares)
+    found = (0.4, 0.7, 0.2, 5.0, 0.03, 0.6, (0.0, 4.0), (5.0, 9.0), k, shares)
+    assert tuple(vars(study_summary(study)).values()) == found
+    assert study_summary(replace(study, gage_area_mm=0.0 * area)).gage_area_mm == (0.0, 0.0)
+
+
+def test_fields_are_of_the_largest_stick_area_and_of_the_last_row_under_load():
+    model = SimpleNamespace(displacement_fields=lambda forces: 2.0 * forces)
+    rows = enumerate([(1.0, 1.0), (3.0, 2.0), (2.0, 3.0), (0.0, 0.0)])
+    steps = [
+        Step(
+            SimpleNamespace(force=np.full((1, 2), k)),
+            replace(MEASURES, stick_area=a, normal_force=f),
+        )
+        for k, (a, f) in rows
+    ]
+    found = recover_fields(model, steps)
+    assert found.increments == (1, 2)
+    assert found.displacement[:, 0, 0].tolist() == [2.0, 4.0]
+    moved = [replace(each, displacement=np.full((3, 2), -k)) for k, each in enumerate(steps)]
+    assert recover_fields(None, moved).displacement[:, 0, 0].tolist() == [-1.0, -2.0]
+    free = [replace(each, measures=replace(each.measures, normal_force=0.0)) for each in steps]
+    assert recover_fields(model, free).increments == (1, 3)
+
+
+def test_the_zone_is_the_wider_of_path_and_grips_and_grows_until_it_fills_the_finger():
+    case = Case(with_values(load_design("maeno2000"), {"grip.max_approach_mm": 0.6}))
+    alone, both = (zone_of(replace(case, grips=own), case.path_scene) for own in (False, True))
+    assert both.half_width > alone.half_width == alone.inner == both.inner
+    work = Work(case, Clock(), (told := []).append)
+    work.zone = Zone(5.0, inner=1.0)
+    work.widen(ZoneExhausted("too narrow"))
+    assert work.zone == Zone(7.0, inner=1.0)
+    assert [len(told), work.notes] == [1, told]
+    work.zone = Zone(11.0)
+    with pytest.raises(ZoneExhausted):
+        work.widen(ZoneExhausted("wider than wide"))
