@@ -9,13 +9,24 @@ from fingerdesign import load_design, with_values
 from fingerdesign.analysis.path import problem_at_touch
 from fingerdesign.contact.laws import STICK
 from fingerdesign.contact.measures import level_sets, positive_fraction
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.scene import Scene
 from fingerdesign.errors import DesignError
-from fingerdesign.sensitivity.areas import fraction_slopes, on_corner
+from fingerdesign.sensitivity.areas import (
+    OwnRates,
+    area_rates,
+    border_pairs,
+    fraction_slopes,
+    on_corner,
+)
 from fingerdesign.sensitivity.derive import sensitivity
+from fingerdesign.sensitivity.path import path_rates
 from fingerdesign.sensitivity.variant import parameters_of
+from fingerdesign.shapes.objects import Plane
 from tests.support.any_fingers import Finger, any_finger
 from tests.support.derivatives import errors_of, solved
+from tests.support.reduced import bump
 
 # Plates as soft as 50 MPa: of metal ones the condensation rounds to some 1e-10 of the stiffness of
 # steel, and differences over a thousandth show no more than six digits.
@@ -138,6 +149,32 @@ def test_a_node_that_nothing_pulls_at_the_border_of_stick_is_a_corner(finger):
     pulled = replace(step, increment=replace(step.increment, multiplier=multiplier))
     share = multiplier[node, 0] / multiplier[:, 0].sum()
     assert on_corner(problem, [step, pulled]).tolist() == pytest.approx([0.0, share])
+
+
+def test_rates_in_space_are_differences_of_the_path():
+    """Of friction and of a tilt of the gap; nodes close, stick, slip and turn their slip."""
+    problem = contact_problem(bump(9), Plane(0.0), 0.5)
+    path = [Motion(0.008, 0.0), Motion(0.012, 0.002, 0.001), Motion(0.012, 0.002, 0.004)]
+    tilt, nodes = 0.3 + problem.model.points[:, 0], np.arange(problem.shape[0])
+
+    def outputs(friction, tilted):
+        there = replace(problem.with_friction(0.5 + friction), gap0=problem.gap0 + tilted * tilt)
+        steps = list(follow(there, path, 2))
+        found = [[s.measures.contact_area, s.measures.stick_area] for s in steps]
+        return steps, np.hstack([[s.increment.force.sum(axis=0) for s in steps], found])
+
+    steps, friction = outputs(0.0, 0.0)[0], np.array([1.0, 0.0])
+    explicit, none = np.zeros((6, len(nodes), 3, 2)), np.zeros((len(problem.model.facets), 2))
+    explicit[:, :, 0, 1] = tilt
+    rates = path_rates(problem, [i for s in steps for i in s.row], nodes, explicit, friction)
+    pairs = border_pairs(problem, steps, nodes)
+    own = OwnRates(pairs, none[pairs[0]], none[nodes], none, friction)
+    forces = np.einsum("nab,knap->kbp", problem.frames, rates.multiplier[1::2])
+    found = np.concatenate([forces, area_rates(problem, steps, rates, own)], axis=1)
+    for k, step in enumerate(np.diag([1e-5, 1e-8])):
+        expected = (outputs(*step)[1] - outputs(*-step)[1]) / (2.0 * step.sum())
+        most = np.abs(expected).max(axis=0)
+        assert (np.abs(found[..., k] - expected).max(axis=0) <= 1e-4 * most + 1e-9).all()
 
 
 def test_slopes_of_a_share_are_its_differences():
