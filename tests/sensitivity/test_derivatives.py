@@ -152,29 +152,34 @@ def test_a_node_that_nothing_pulls_at_the_border_of_stick_is_a_corner(finger):
 
 
 def test_rates_in_space_are_differences_of_the_path():
-    """Of friction and of a tilt of the gap; nodes close, stick, slip and turn their slip."""
+    """Of friction, a tilt of the gap and softness; nodes close, stick, slip and turn their slip."""
     problem = contact_problem(bump(9), Plane(0.0), 0.5)
     path = [Motion(0.008, 0.0), Motion(0.012, 0.002, 0.001), Motion(0.012, 0.002, 0.004)]
     tilt, nodes = 0.3 + problem.model.points[:, 0], np.arange(problem.shape[0])
 
-    def outputs(friction, tilted):
+    def outputs(friction, tilted, softer):
         there = replace(problem.with_friction(0.5 + friction), gap0=problem.gap0 + tilted * tilt)
+        there = replace(there, compliance=(1.0 + softer) * problem.compliance)
         steps = list(follow(there, path, 2))
         found = [[s.measures.contact_area, s.measures.stick_area] for s in steps]
         return steps, np.hstack([[s.increment.force.sum(axis=0) for s in steps], found])
 
-    steps, friction = outputs(0.0, 0.0)[0], np.array([1.0, 0.0])
-    explicit, none = np.zeros((6, len(nodes), 3, 2)), np.zeros((len(problem.model.facets), 2))
+    steps, friction = outputs(0.0, 0.0, 0.0)[0], np.array([1.0, 0.0, 0.0])
+    increments = [each for step in steps for each in step.row]
+    explicit, none = np.zeros((6, len(nodes), 3, 3)), np.zeros((len(problem.model.facets), 3))
     explicit[:, :, 0, 1] = tilt
-    rates = path_rates(problem, [i for s in steps for i in s.row], nodes, explicit, friction)
+    for k, each in enumerate(increments):
+        explicit[k, ..., 2] = (problem.compliance @ each.multiplier.ravel()).reshape(-1, 3)
+    rates = path_rates(problem, increments, nodes, explicit, friction)
     pairs = border_pairs(problem, steps, nodes)
-    own = OwnRates(pairs, none[pairs[0]], none[nodes], none, friction)
+    softer = problem.self_compliance[pairs[0]][:, None] * [0.0, 0.0, 1.0]
+    own = OwnRates(pairs, softer, none[nodes], none, friction)
     forces = np.einsum("nab,knap->kbp", problem.frames, rates.multiplier[1::2])
     found = np.concatenate([forces, area_rates(problem, steps, rates, own)], axis=1)
-    for k, step in enumerate(np.diag([1e-5, 1e-8])):
+    for k, step in enumerate(np.diag([1e-5, 1e-8, 1e-6])):
         expected = (outputs(*step)[1] - outputs(*-step)[1]) / (2.0 * step.sum())
         most = np.abs(expected).max(axis=0)
-        assert (np.abs(found[..., k] - expected).max(axis=0) <= 1e-4 * most + 1e-9).all()
+        assert (np.abs(found[..., k] - expected).max(axis=0) <= 1e-4 * most + 1e-6).all()
 
 
 def test_slopes_of_a_share_are_its_differences():
