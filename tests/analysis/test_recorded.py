@@ -8,9 +8,8 @@ import pytest
 
 from fingerdesign.analysis.analysis import _of_path, failed_analysis, study_summary, too_deep
 from fingerdesign.analysis.case import Case, Clock
-from fingerdesign.analysis.path import PathStopped, contact_history, follow_path, increment_result
-from fingerdesign.analysis.stages import recover_fields, zone_of
-from fingerdesign.analysis.work import Work
+from fingerdesign.analysis.path import PathStopped, follow_path, increment_result
+from fingerdesign.analysis.stages import widened, zone_of
 from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.laws import OPEN, SLIP, STICK
@@ -23,7 +22,6 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign.records.arrays import SlipStudy
 from fingerdesign.shapes.objects import Plane
 from tests.support.half_space import half_plane
-from tests.support.reduced import reduced_model
 
 DESIGN = parse_design('design.name = "a"\nbody.width_mm = 12.0\nplates.count = 5\ngrip.seed = 7')
 SCENE = parse_scene("path.increments_mm = [[0.1, 0.0]]")
@@ -49,22 +47,6 @@ def test_a_row_of_the_record_holds_what_was_measured(face, readings):
     assert [*strains.values()] == pytest.approx(range(6))
     expected = [0.1, 0.2, 5.0, 2.0, 1.5, 0.25, 3, 4, 5, 0.7, 7, 1e-12, 0.3, 0.4, 0.3, 0.9]
     assert [*row.values()] == expected
-
-
-@pytest.mark.parametrize("dim", [2, 3])
-def test_tractions_are_forces_over_areas_and_areas_of_a_section_are_lengths(dim):
-    points, areas = np.random.default_rng(1).random((4, dim)), np.array([2.0, 4.0, 8.0, 16.0])
-    known = {"areas": areas, "depth": 4.0, "symmetry_factor": dim - 1}
-    problem = SimpleNamespace(model=reduced_model(points, np.eye(4 * dim), **known))
-    force, state = np.arange(4.0 * dim).reshape(4, dim), SimpleNamespace(slip=np.ones((4, dim - 1)))
-    given = {"force": force, "multiplier": 3.0 * force, "status": np.arange(4) % 3, "state": state}
-    steps = [Step(SimpleNamespace(**given), None, own) for own in (None, 2.0 * areas)]
-    found = contact_history(problem, steps)
-    assert found.areas == pytest.approx(areas / 4.0 if dim == 2 else areas)
-    assert found.normal_traction[0] == pytest.approx(3.0 * force[:, 0] / areas)
-    assert found.tangential_traction[0] == pytest.approx(force[:, ::2] / areas[:, None])
-    assert found.tangential_traction[1] == pytest.approx(0.5 * found.tangential_traction[0])
-    assert found.symmetric == (dim == 3)
 
 
 def facts(status, dim=2, x=0.0, approach=0.1, case=None):
@@ -136,34 +118,11 @@ def test_the_summary_of_a_study_ranges_over_what_answers_and_touches():
     assert study_summary(replace(study, gage_area_mm=0.0 * area)).gage_area_mm == (0.0, 0.0)
 
 
-def test_fields_are_of_the_largest_stick_area_and_of_the_last_row_under_load():
-    model = SimpleNamespace(displacement_fields=lambda forces: 2.0 * forces)
-    rows = enumerate([(1.0, 1.0), (3.0, 2.0), (2.0, 3.0), (0.0, 0.0)])
-    steps = [
-        Step(
-            SimpleNamespace(force=np.full((1, 2), k)),
-            replace(MEASURES, stick_area=a, normal_force=f),
-        )
-        for k, (a, f) in rows
-    ]
-    found = recover_fields(model, steps)
-    assert found.increments == (1, 2)
-    assert found.displacement[:, 0, 0].tolist() == [2.0, 4.0]
-    moved = [replace(each, displacement=np.full((3, 2), -k)) for k, each in enumerate(steps)]
-    assert recover_fields(None, moved).displacement[:, 0, 0].tolist() == [-1.0, -2.0]
-    free = [replace(each, measures=replace(each.measures, normal_force=0.0)) for each in steps]
-    assert recover_fields(model, free).increments == (1, 3)
-
-
 def test_the_zone_is_the_wider_of_path_and_grips_and_grows_until_it_fills_the_finger():
     case = Case(with_values(load_design("maeno2000"), {"grip.max_approach_mm": 0.6}))
     alone, both = (zone_of(replace(case, grips=own), case.path_scene) for own in (False, True))
     assert both.half_width > alone.half_width == alone.inner == both.inner
-    work = Work(case, Clock(), (told := []).append)
-    work.zone = Zone(5.0, inner=1.0)
-    work.widen(ZoneExhausted("too narrow"))
-    assert work.zone == Zone(7.0, inner=1.0)
-    assert [len(told), work.notes] == [1, told]
-    work.zone = Zone(11.0)
+    wider = widened(case.design, Zone(5.0, inner=1.0), ZoneExhausted("too narrow"))
+    assert wider == Zone(7.0, inner=1.0)
     with pytest.raises(ZoneExhausted):
-        work.widen(ZoneExhausted("wider than wide"))
+        widened(case.design, Zone(11.0), ZoneExhausted("wider than wide"))
