@@ -9,18 +9,9 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, with_values
+from fingerdesign.analysis import answers
 from fingerdesign.analysis.analysis import parameters
-from fingerdesign.analysis.answers import (
-    ARRAYS,
-    CAD,
-    DESIGN,
-    PAGE,
-    _key,
-    cache_answer,
-    cached_answer,
-    is_cached,
-    missing,
-)
+from fingerdesign.analysis.answers import ARRAYS, CAD, DESIGN, PAGE, cached_answer
 from fingerdesign.analysis.case import Case, result_digest
 from fingerdesign.analysis.folder import _analysed_design, complete
 from fingerdesign.analysis.page import page
@@ -152,9 +143,9 @@ def test_an_answer_s_key_holds_all_that_decides_its_numbers(case):
     cases = [case, auto, replace(auto, tolerance=0.02), replace(case, fidelity="3d")]
     cases += [replace(case, **{name: value}) for name, value in other.items()]
     cases.append(replace(case, design=with_values(case.design, {"design.name": "named"})))
-    assert len({_key(each) for each in cases}) == len(cases)
-    assert _key(replace(case, go_on=True, tolerance=0.5)) == _key(case)
-    assert _key(replace(case, estimator=object())) is None
+    assert len({answers._key(each) for each in cases}) == len(cases)
+    assert answers._key(replace(case, go_on=True, tolerance=0.5)) == answers._key(case)
+    assert answers._key(replace(case, estimator=object())) is None
     digests = {result_digest(case.design, scene, each) for each in ("3d", "finite")}
     digests.add(result_digest(softer, scene, "3d"))
     digests.add(result_digest(case.design, scene.model_copy(update={"object": rough}), "3d"))
@@ -164,34 +155,26 @@ def test_an_answer_s_key_holds_all_that_decides_its_numbers(case):
 def made_folder(folder, case, **texts):
     """A result of the case that was never worked, in its folder, with these texts."""
     model, mesh = ModelSummary(2, "P2", 1, 1, False), MeshSummary("a", 1, 30.0, 0.0, None)
-    known = parameters(case.design, case.path_scene)
-    given = {"model": model, "mesh": mesh, "parameters": known}
-    result = Result("narrow", "s", "0", {}, "3d", **given)
+    given = {"mesh": mesh, "parameters": parameters(case.design, case.path_scene)}
+    result = Result("narrow", "s", "0", {}, "3d", model=model, **given)
     return result, write_result_folder(folder, result, texts=texts)
 
 
 def test_a_cached_answer_is_given_with_the_products_requested_alone(case, tmp_path, own_cache):
-    drawn = {PAGE, CAD, "finger.stl"}
-    result, folder = made_folder(tmp_path / "made", case, **dict.fromkeys([*drawn, DESIGN], "a"))
-    cache_answer(case, folder, Result("narrow", "s", "0", {}, "3d", "failed", "it broke"))
-    assert not is_cached(case)
-    assert cached_answer(case, tmp_path / "none") is None
-    deep = replace(case, fidelity="3d")
-    cache_answer(case, folder, result)
-    assert [is_cached(case), is_cached(deep)] == [True, False]
-    cache_answer(deep, folder, result)
+    drawn, deep = {PAGE, CAD, "finger.stl"}, replace(case, fidelity="3d")
+    result, folder = made_folder(tmp_path / "made", case, **dict.fromkeys(drawn, "a"))
+    answers.cache_answer(case, folder, Result("narrow", "s", "0", {}, "3d", "failed", "it broke"))
+    assert not answers.is_cached(case)
+    for each in (case, deep):
+        answers.cache_answer(each, folder, result)
     solids = drawn - {PAGE}
-    flat = [(case, (None, None), set()), (case, (True, None), {PAGE}), (case, (None, True), solids)]
-    for k, (of, asked, given) in enumerate(
-        [*flat, (deep, (None, None), drawn), (deep, (False, None), solids)]
-    ):
-        out = tmp_path / str(k)
-        assert cached_answer(of, out, *asked) == result
-        there = {path.name for path in (out / "narrow").iterdir()}
-        assert there & drawn == given
-        assert {DESIGN, "result.json"} <= there
-        assert missing(of, out, *asked) == (False, False)
-        assert missing(of, out, True, True) == (PAGE not in given, CAD not in given)
+    asked = [(case, None, None, set()), (case, True, None, {PAGE}), (case, None, True, solids)]
+    asked += [(deep, None, None, drawn), (deep, False, None, solids)]
+    for of, with_page, cad, given in asked:
+        assert cached_answer(of, tmp_path, with_page, cad) == result
+        assert {path.name for path in (tmp_path / "narrow").iterdir()} & drawn == given
+        assert answers.missing(of, tmp_path, with_page, cad) == (False, False)
+        assert answers.missing(of, tmp_path, True, True) == (PAGE not in given, CAD not in given)
 
 
 def test_cad_is_drawn_of_the_design_that_was_analysed_alone(case, tmp_path):
@@ -202,6 +185,5 @@ def test_cad_is_drawn_of_the_design_that_was_analysed_alone(case, tmp_path):
     (folder / DESIGN).write_text(changed, encoding="utf-8")
     complete(folder, page=False, cad=True)  # It is there.
     (folder / CAD).unlink()
-    complete(folder, page=False, cad=False)
     with pytest.raises(ResultError, match=r"body\.width_mm is 10\.5 there and was 10"):
         complete(folder, page=False, cad=True)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fingerdesign.analysis.analysis import _of_path, failed_analysis, study_summary, too_deep
+from fingerdesign.analysis.analysis import _of_path, failed_analysis, too_deep
 from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.path import PathStopped, follow_path, increment_result
 from fingerdesign.analysis.stages import widened, zone_of
@@ -19,7 +19,6 @@ from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.io import parse_scene
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.zone import Zone
-from fingerdesign.records.arrays import SlipStudy
 from fingerdesign.shapes.objects import Plane
 from tests.support.half_space import half_plane
 
@@ -31,7 +30,6 @@ MEASURES = Measures(5.0, 2.0, 8.0, 2.0, 1.5, 0.4, 0.7, 3, 4, 5, 0.01, GAGES, POI
 
 
 def step(status=(), approach=0.1, **changes):
-    """A step with the statuses of its nodes; changes: of its measures."""
     motion = Motion(approach, 0.2, 0.3, 0.4)
     given = {"status": np.array(status), "iterations": 7, "residual": 1e-12}
     return Step(SimpleNamespace(motion=motion, **given), replace(MEASURES, **changes))
@@ -50,7 +48,6 @@ def test_a_row_of_the_record_holds_what_was_measured(face, readings):
 
 
 def facts(status, dim=2, x=0.0, approach=0.1, case=None):
-    """Caveats of a path of rows of statuses, all nodes at ``x``."""
     points = np.full((len(status[0]), dim), x)
     problem = SimpleNamespace(model=SimpleNamespace(points=points, dimension=dim))
     steps = [step(row, approach) for row in status]
@@ -95,9 +92,7 @@ def test_rows_before_one_that_fails_are_recorded_and_forces_may_not_lead_too_far
     low = {"plates.count": 0, "body.base_height_mm": 0.5, "body.arc_radius_mm": 500.0}
     with pytest.raises(PathStopped, match="ask for less force"):
         follow_path(far, scene, with_values(DESIGN, low))
-    clock = Clock()
-    for seconds in (1.0, 0.5):
-        clock.add({"mesh": seconds})
+    (clock := Clock({"mesh": 1.0})).add({"mesh": 0.5})
     case = Case(DESIGN, scene, "auto")
     failed = failed_analysis(case, stopped.value, clock).result
     assert (failed.increments, failed.fidelity, failed.scene) == ((row,), "3d", "scene")
@@ -105,17 +100,6 @@ def test_rows_before_one_that_fails_are_recorded_and_forces_may_not_lead_too_far
     assert "coarsen the mesh" in failed_analysis(case, MemoryError(), clock).result.failure
     with pytest.raises(DesignError):
         failed_analysis(case, DesignError([Fault("a", 1, "2", "b")]), clock)
-
-
-def test_the_summary_of_a_study_ranges_over_what_answers_and_touches():
-    k, none = 6, np.zeros((6, 2))
-    area, ratio = np.array([0.0, 0.0, 2.0, 3.0, 4.0, 0.0]), np.array([np.nan, *[0.5] * 5])
-    shares = ((0.3, 0.1), (0.4, None))
-    given = (0.4, ratio, 10.0 - np.arange(k), area, area, np.arange(2.0), none, none)
-    study = SlipStudy(*given, 5.0, 0.2, 0.7, area, area, 0.03, 0.6, shares)
-    found = (0.4, 0.7, 0.2, 5.0, 0.03, 0.6, (0.0, 4.0), (5.0, 9.0), k, shares)
-    assert tuple(vars(study_summary(study)).values()) == found
-    assert study_summary(replace(study, gage_area_mm=0.0 * area)).gage_area_mm == (0.0, 0.0)
 
 
 def test_the_zone_is_the_wider_of_path_and_grips_and_grows_until_it_fills_the_finger():

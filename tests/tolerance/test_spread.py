@@ -16,6 +16,7 @@ from fingerdesign.mold.placement import row_tolerances, tolerances
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.sensing.perturb.finger import places_of
 from fingerdesign.sensitivity.derive import Sensitivity
+from fingerdesign.tolerance import spread
 from fingerdesign.tolerance.area import gage_areas, sure_response
 from fingerdesign.tolerance.cast import (
     CastFinger,
@@ -29,14 +30,7 @@ from fingerdesign.tolerance.cast import (
 from fingerdesign.tolerance.page import _causes, _gages, _rows, tolerance_html, view_of
 from fingerdesign.tolerance.record import CastData, RowData, SourceData, ToleranceData
 from fingerdesign.tolerance.sources import Source, sources_of
-from fingerdesign.tolerance.spread import (
-    _row,
-    _sources,
-    left_out,
-    tolerance,
-    variances,
-    write_tolerance,
-)
+from fingerdesign.tolerance.spread import left_out, tolerance, variances, write_tolerance
 from tests.sensitivity.test_derivatives import scene_of
 from tests.support.any_fingers import Finger
 from tests.support.derivatives import along, solved
@@ -267,47 +261,38 @@ SOURCES = [
 ]
 
 
-def two_rows(gages=2):
+def two_rows():
     """Rates of two rows with the parameters a, b, c; both faces read alike."""
-    strains = np.array([[[10.0] * 2, [20.0] * 2], [[40.0] * 2, [-80.0] * 2]])[:, :gages]
-    of_gages = np.arange(1.0, 1.0 + 6 * gages).reshape(2, gages, 1, 3).repeat(2, axis=2)
+    strains = np.array([[10.0, 20.0], [40.0, -80.0]])[..., None].repeat(2, axis=2)
+    of_gages = np.arange(1.0, 13.0).reshape(2, 2, 1, 3).repeat(2, axis=2)
     force, pull, stick = (np.arange(6.0).reshape(2, 3) + k for k in (1.0, 2.0, 3.0))
     given = (np.array([4.0, 8.0]), np.array([0.0, 2.0]), np.ones(2), np.array([1.0, 0.5]), strains)
     kink, names = np.array([0.5, 0.25]), ("a", "b", "c")
     return Sensitivity(names, np.ones(3), Readings(*given), force, pull, stick, of_gages, kink)
 
 
-def test_a_row_s_spread_is_that_of_all_causes_and_once_calibrated_of_those_that_stay():
+def test_spreads_are_of_all_causes_and_once_calibrated_of_those_that_stay():
     found, parts = two_rows(), variances(two_rows(), SOURCES)
     parts["gage_area"] = [np.array([1.0, 4.0]), np.array([0.0, 5.0]), np.array([0.0, 7.0])]
-    row = _row(found, SOURCES, parts, [None, 6.0], 1)
-    for name, unit in (("normal_force", "_N"), ("tangential_force", "_N"), ("stick_ratio", "")):
-        every = getattr(found, name)[1] * STDS
+    row = spread._row(found, SOURCES, parts, [None, 6.0], 1)
+    for name in ("normal_force_std_N", "tangential_force_std_N", "stick_ratio_std"):
+        every = getattr(found, name.partition("_std")[0])[1] * STDS
         pair = np.linalg.norm(every), np.linalg.norm(every[:2])
-        assert getattr(row, f"{name}_std{unit}") == pytest.approx(pair), name
-    change, gains = (found.reading[1] * STDS) ** 2, 0.03**2 / 3.0 * np.array([40.0, 80.0]) ** 2
-    pair = np.sqrt([(change.sum(axis=1) + gains).mean(), change[:, :2].sum(axis=1).mean()])
+        assert getattr(row, name) == pytest.approx(pair), name
+    change, gains = (found.reading * STDS) ** 2, 0.03**2 / 3.0 * found.readings.reading**2
+    made, left = change.sum(axis=2) + gains, change[..., :2].sum(axis=2)
+    pair = np.sqrt([made[1].mean(), left[1].mean()])
     assert row.reading_std_microstrain == pytest.approx(tuple(pair))
     assert row.gage_area_std_mm == pytest.approx((4.0, 2.0))
     assert (row.normal_force_N, row.tangential_force_N, row.stick_ratio) == (8.0, 2.0, 0.5)
     assert (row.largest_reading_microstrain, row.gage_area_mm, row.on_kink) == (80.0, 6.0, 0.25)
-
-
-def test_causes_are_shares_of_the_readings_variance_each_row_over_its_largest():
-    found, most = two_rows(), np.array([[20.0], [80.0]])
-    own = ((found.reading / most[..., None] * STDS) ** 2).sum(axis=(0, 1))
-    gains = ((0.03 * found.readings.reading / most) ** 2).sum() / 3.0
-    shares = np.array([own[2], own[:2].sum(), gains]) / (own.sum() + gains)
-    words = [("rubber", 0.5, "MPa", "c", True), ("places", 2.0, "mm", "b", False)]
-    words.append(("gages' factors", 0.03, "of one", "", True))
-    known = [(*each[:3], share, *each[3:]) for each, share in zip(words, shares, strict=True)]
-    rows = _sources(found, SOURCES, variances(found, SOURCES))
-    for row, one in zip(rows, sorted(known, key=lambda each: -each[3]), strict=True):
-        assert tuple(vars(row).values()) == (*one[:3], pytest.approx(one[3]), *one[4:])
-    bare = two_rows(gages=0)
-    sizes = ((bare.normal_force * STDS) ** 2).sum(axis=0)
-    first, second = _sources(bare, SOURCES, variances(bare, SOURCES))
-    assert (first.words, second.share) == ("places", pytest.approx(sizes[2] / sizes.sum()))
+    weight = np.array([[20.0], [80.0]]) ** -2  # of a row's largest reading
+    sizes = [(part * weight).sum() for part in (change[..., 2], left, gains)]
+    shares = [pytest.approx(each / np.sum(sizes)) for each in sizes]
+    causes = [[*vars(each).values()] for each in spread._sources(found, SOURCES, parts)]
+    assert causes.pop(0) == ["places", 2.0, "mm", shares[1], "b", False]
+    assert causes.pop(0) == ["rubber", 0.5, "MPa", shares[0], "c", True]
+    assert causes == [["gages' factors", 0.03, "of one", shares[2], "", True]]
 
 
 def test_drawn_fingers_are_told_next_to_the_derivatives_of_the_same_ones():
@@ -321,8 +306,8 @@ def test_drawn_fingers_are_told_next_to_the_derivatives_of_the_same_ones():
     assert found.lifted == pytest.approx(2.5 / 3.0)
     forecast = 8.0 + changes @ linear.normal_force[1]
     assert found.normal_force_std_N == pytest.approx([x.std(ddof=1) for x in (forecast, forces)])
-    spread = (linear.reading @ changes.T).var(axis=-1, ddof=1).mean() ** 0.5
-    assert found.reading_std_microstrain == pytest.approx((spread, gages.std(ddof=1)))
+    rms = (linear.reading @ changes.T).var(axis=-1, ddof=1).mean() ** 0.5
+    assert found.reading_std_microstrain == pytest.approx((rms, gages.std(ddof=1)))
     margins = np.sqrt(1.65) / 8.0 * np.array([forecast, forces])
     assert found.by_motion == tuple(((margins >= 1.1) & (margins <= 1.5)).mean(axis=1))
     assert cast_data([replace(fingers[1], margins=())] * 2, linear, SOURCES).lifted == 0.0
@@ -334,9 +319,7 @@ def test_the_tables_and_the_record_s_spreads_are_of_the_right_numbers():
     assert cells == ("1", "10", "1", "2", "0.2", "0.5", "0.02", "30", "3", "4", "0.4", "12")
     assert _rows((replace(row, gage_area_mm=None),)).rows[0].count("–") == 2
     assert causes[0] == ("plates in height", "0.05 mm", "60.0", "placement[0].y_mm", "stays")
-    assert causes[1][-1] == "drops out"
-    gages = _gages(replace(record(), gage_std_microstrain=(3.0, 5.0)))
-    assert gages.rows == (("1", "3"), ("2", "5"))
+    assert (causes[1][-1], _gages(record()).rows) == ("drops out", (("1", "3"),))
     other = replace(row, normal_force_N=20.0, normal_force_std_N=(1.0, 0.8))
     other = replace(other, reading_std_microstrain=(6.0, 4.0))
     silent = replace(row, largest_reading_microstrain=0.0, normal_force_N=0.0)
@@ -352,10 +335,10 @@ def test_each_cause_is_as_large_as_what_makes_it():
     known = {each.parameters[0]: each for each in sources_of(design, plan)}
     off = np.array([tolerances(plan, k) for k in range(design.plates.number)])
     young = {part: design.material_of(part).youngs_modulus_MPa for part in ("body", "plates")}
-    x, y = row_tolerances(plan)
+    own = [*off.T[[0, 0, 1]], *row_tolerances(plan)]
+    names = ("[0].x_mm", "[0].y_mm", "[0].angle_deg", ".x_mm", ".y_mm")
     expected = {
-        **dict.fromkeys(("placement[0].x_mm", "placement[0].y_mm"), off[:, 0]),
-        **{"placement[0].angle_deg": off[:, 1], "placement.x_mm": x, "placement.y_mm": y},
+        **{f"placement{name}": size for name, size in zip(names, own, strict=True)},
         "body.base_height_mm": plan.limits.tolerance_mm,
         "body.arc_radius_mm": plan.limits.form_mm * 8.0 * (body.arc_radius_mm / body.width_mm) ** 2,
         "plates.thickness_mm": 0.08 * design.plates.thickness_mm,
@@ -369,6 +352,3 @@ def test_each_cause_is_as_large_as_what_makes_it():
     assert not expected
     in_space = {each.parameters[0] for each in sources_of(design, plan, space=True)}
     assert {*known} - in_space == {"body.base_height_mm", "body.arc_radius_mm"}
-    film = with_values(design, {"plates.material": "polyimide"})
-    soft = next(s for s in sources_of(film, plan) if s.words == "plates' modulus")
-    assert soft.largest == pytest.approx(0.2 * film.material_of("plates").youngs_modulus_MPa)
