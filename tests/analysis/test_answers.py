@@ -153,7 +153,6 @@ def test_an_answer_s_key_holds_all_that_decides_its_numbers(case):
 
 
 def made_folder(folder, case, **texts):
-    """A result of the case that was never worked, in its folder, with these texts."""
     model, mesh = ModelSummary(2, "P2", 1, 1, False), MeshSummary("a", 1, 30.0, 0.0, None)
     given = {"mesh": mesh, "parameters": parameters(case.design, case.path_scene)}
     result = Result("narrow", "s", "0", {}, "3d", model=model, **given)

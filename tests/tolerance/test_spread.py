@@ -262,7 +262,6 @@ SOURCES = [
 
 
 def two_rows():
-    """Rates of two rows with the parameters a, b, c; both faces read alike."""
     strains = np.array([[10.0, 20.0], [40.0, -80.0]])[..., None].repeat(2, axis=2)
     of_gages = np.arange(1.0, 13.0).reshape(2, 2, 1, 3).repeat(2, axis=2)
     force, pull, stick = (np.arange(6.0).reshape(2, 3) + k for k in (1.0, 2.0, 3.0))
@@ -310,7 +309,6 @@ def test_drawn_fingers_are_told_next_to_the_derivatives_of_the_same_ones():
     assert found.reading_std_microstrain == pytest.approx((rms, gages.std(ddof=1)))
     margins = np.sqrt(1.65) / 8.0 * np.array([forecast, forces])
     assert found.by_motion == tuple(((margins >= 1.1) & (margins <= 1.5)).mean(axis=1))
-    assert cast_data([replace(fingers[1], margins=())] * 2, linear, SOURCES).lifted == 0.0
 
 
 def test_the_tables_and_the_record_s_spreads_are_of_the_right_numbers():

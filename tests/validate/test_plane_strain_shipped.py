@@ -9,6 +9,7 @@ from fingerdesign_bench.plane_strain.rule import Rule
 from fingerdesign import parse_scene, with_values
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.checks.load import load_design
+from fingerdesign.errors import DesignError
 from fingerdesign.validate.plane_strain import (
     _STUDY_LENGTH,
     _STUDY_PULL,
@@ -48,6 +49,22 @@ def test_the_papers_finger_lies_within_its_estimate():
     assert tees.errors["normal_force"] == found.errors["normal_force"]
     assert not any("gage" in quantity for quantity in tees.errors)
     assert "tee gages is not known" in tees.words
+
+
+def test_an_estimate_goes_by_the_design_s_own_ratios_and_gages():
+    one = with_values(load_design("maeno2000"), {"plates.span_mm": 4.0, "gages.face": "upper"})
+    bare = with_values(one, {"plates.model": "none"})
+    short, none = (plane_strain_error(each, half_width=2.0) for each in (one, bare))
+    assert [each.ratios["span_over_depth"] for each in (short, none)] == [0.4, 0.0]
+    assert short.errors["gage"] == short.errors["gage_face"] != short.errors["gage_both"]
+    for half_width, times in ((2.0, 1.0), (0.01, 2.0)):  # The second is outside the map.
+        found = plane_strain_error(FINGER, half_width=half_width)
+        for name, known in shipped_map().table["uncertainty"].items():
+            own = known["absolute"] + known["relative"] * abs(found.errors.get(name, np.nan))
+            assert found.uncertainty.get(name, np.nan) == pytest.approx(times * own, nan_ok=True)
+    scene = parse_scene("object = {shape='sphere', radius_mm=9}\npath.increments_mm = [[1, 0]]")
+    with pytest.raises(DesignError, match=r"object\.shape"):
+        plane_strain_error(FINGER, scene)
 
 
 def test_short_plates_reach_the_error_without_plates():
