@@ -254,9 +254,9 @@ def test_real_models_scatter_as_the_derivatives_say():
     assert 0.0 <= low <= found.cast.share <= high <= 1.0
 
 
-STDS = np.array([1.0, 2.0, 0.5]) / np.sqrt(3.0)
+STDS = np.array([2.0, 1.0, 0.5]) / np.sqrt(3.0)
 SOURCES = [
-    Source("places", ("a", "b"), (1.0, 2.0), "mm"),
+    Source("places", ("a", "b"), (2.0, 1.0), "mm"),
     Source("rubber", ("c",), (0.5,), "MPa", known=True),
 ]
 
@@ -289,15 +289,15 @@ def test_spreads_are_of_all_causes_and_once_calibrated_of_those_that_stay():
     sizes = [(part * weight).sum() for part in (change[..., 2], left, gains)]
     shares = [pytest.approx(each / np.sum(sizes)) for each in sizes]
     causes = [[*vars(each).values()] for each in spread._sources(found, SOURCES, parts)]
-    assert causes.pop(0) == ["places", 2.0, "mm", shares[1], "b", False]
+    assert causes.pop(0) == ["places", 2.0, "mm", shares[1], "a", False]
     assert causes.pop(0) == ["rubber", 0.5, "MPa", shares[0], "c", True]
     assert causes == [["gages' factors", 0.03, "of one", shares[2], "", True]]
 
 
 def test_drawn_fingers_are_told_next_to_the_derivatives_of_the_same_ones():
     linear, changes = two_rows(), np.array([changes_of_finger(SOURCES, k) for k in range(3)])
-    forces, gages, fingers = np.array([8.0, 6.0, 20.0]), np.array([1.0, 3.0, 8.0]), []
-    for force, gage, own in zip(forces, gages, [(1.1, 1.5), (1.6, 0.0), (1.2, 1.3)], strict=True):
+    forces, gages, fingers = np.array([8.0, 9.28, 20.0]), np.array([1.0, 3.0, 8.0]), []
+    for force, gage, own in zip(forces, gages, [(1.1, 1.5), (1.05, 0.0), (1.2, 1.3)], strict=True):
         read = {"normal_force": np.array([1.0, force]), "gages": np.full((2, 2, 2), gage)}
         fingers.append(CastFinger(replace(linear.readings, **read), own))
     found = cast_data(fingers, linear, SOURCES)
