@@ -85,7 +85,7 @@ def test_paths_out_of_the_plane_have_no_equal_force():
 
 
 def test_rounding_of_a_pull_that_is_not_there_is_no_error():
-    found = side_of(readings(pull=1e-6 * np.ones(5)), readings(pull=-1e-6 * np.ones(5)))
+    found = side_of(readings(pull=0.02 * np.ones(5)), readings(pull=-0.02 * np.ones(5)))
     assert found.errors["tangential_force"] is None
     assert found.errors["normal_force"].greatest == 0.0
 
