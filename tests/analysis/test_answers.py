@@ -160,7 +160,7 @@ def made_folder(folder, case, **texts):
 
 
 def test_a_cached_answer_is_given_with_the_products_requested_alone(case, tmp_path, own_cache):
-    drawn, deep = {PAGE, CAD, "finger.stl"}, replace(case, fidelity="3d")
+    drawn, deep = {PAGE, CAD, "finger.stl"}, replace(case, fidelity="finite")
     result, folder = made_folder(tmp_path / "made", case, **dict.fromkeys(drawn, "a"))
     answers.cache_answer(case, folder, Result("narrow", "s", "0", {}, "3d", "failed", "it broke"))
     assert not answers.is_cached(case)

@@ -60,6 +60,7 @@ def test_half_only_where_design_and_scene_mirror():
     aside = parse_scene("[path]\nincrements_mm = [[0.1, 0.0, 0.02]]")
     assert Case(design_of(), SCENE).symmetric
     assert not Case(design_of(), aside).symmetric
+    assert not Case(design_of(grip={"plant": "lift", "off_centre_mm": 1.0}), SCENE).symmetric
     assert not Case(design_of(plates={"stagger_mm": 1.0, "span_mm": 4.0}), SCENE).symmetric
 
 

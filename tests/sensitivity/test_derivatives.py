@@ -147,7 +147,6 @@ def test_a_node_that_nothing_pulls_at_the_border_of_stick_is_a_corner(finger):
 
 
 def test_rates_in_space_are_differences_of_the_path():
-    """Of friction, a tilt of the gap and softness; nodes close, stick, slip and turn their slip."""
     problem = contact_problem(bump(9), Plane(0.0), 0.5)
     path = [Motion(0.008, 0.0), Motion(0.012, 0.002, 0.001), Motion(0.012, 0.002, 0.004)]
     tilt, nodes = 0.3 + problem.model.points[:, 0], np.arange(problem.shape[0])
