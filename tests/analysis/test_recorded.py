@@ -48,8 +48,7 @@ def test_a_row_of_the_record_holds_what_was_measured(face, readings):
 def facts(status, dim=2, x=0.0, approach=0.1, case=None):
     points = np.full((len(status[0]), dim), x)
     problem = SimpleNamespace(model=SimpleNamespace(points=points, dimension=dim))
-    steps = [step(row, approach) for row in status]
-    return _of_path(case or Case(DESIGN, SCENE), problem, steps)
+    return _of_path(case or Case(DESIGN, SCENE), problem, [step(row, approach) for row in status])
 
 
 def test_what_the_contact_is_too_little_or_too_wide_for_is_stated():

@@ -207,7 +207,9 @@ def test_some_gages_of_a_model():
     model = build_model(given, mesh_section(given, 2.0), 2.0).reduced
     some, force = model.with_gages([2, 0]), model.areas[:, None] * np.array([0.3, -1.0])
     assert np.allclose(some.gage_strain(force), model.gage_strain(force)[[2, 0]], rtol=1e-9)
-    assert some.gage_x.tolist() == [plate_frames(given)[k].x for k in (2, 0)]
+    along_z = replace(some, gage_x=np.full(2, np.nan))
+    places = [plate_frames(given)[k].x for k in (2, 0)]
+    assert some.gage_x.tolist() == along_z.gage_centres_x.tolist() == places
 
 
 # Gages at finite strain: elongation of their own line, whatever the plate's motion.

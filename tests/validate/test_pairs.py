@@ -29,8 +29,6 @@ def solved(name):
 
 
 class Named:
-    """Stands in for the solves: models have what was requested of them for a name."""
-
     def __init__(self, design, scene=SCENE):
         self.design, self.scene, self.scale = design, scene, 2.0
         self.in_single_increments = lambda model: solved(f"{model.model.name} by rows")
