@@ -132,7 +132,6 @@ def test_arrays_and_designs_that_were_changed_are_refused(case, tmp_path, own_ca
 
 
 def test_an_answer_s_key_holds_all_that_decides_its_numbers(case):
-    """``go_on`` alone changes nothing; ``tolerance`` counts for "auto"."""
     scene, rough = case.path_scene, SceneObject(friction_coefficient=0.9)
     softer = with_values(case.design, {"materials.silicone.youngs_modulus_MPa": 1.0})
     flags = ("grips", "fields", "studied", "for_page", "mesh_error")

@@ -327,7 +327,6 @@ def test_the_tables_and_the_record_s_spreads_are_of_the_right_numbers():
 
 
 def test_each_cause_is_as_large_as_what_makes_it():
-    """Rise of an arc: w^2 / 8 R; of a rubber's Poisson's ratio no more than leaves it below 0.5."""
     design = with_values(load_design("maeno2000"), {"materials.silicone.poissons_ratio": 0.499})
     plan, body = plan_mold(design), design.body
     known = {each.parameters[0]: each for each in sources_of(design, plan)}
