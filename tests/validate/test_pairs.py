@@ -13,6 +13,7 @@ from fingerdesign.validate.comparison import answer_of
 from fingerdesign.validate.page import _cost_table, _errors_table, _greatest
 from fingerdesign.validate.record import ComparisonData, Side, Spread, _cells
 from fingerdesign.validate.run import _failure, _row
+from fingerdesign.validate.solves import Solves
 
 SCENE = parse_scene("path.increments_mm = [[0.1, 0.0], [0.1, 0.05]]")
 ASIDE = parse_scene("path.increments_mm = [[0.1, 0.0, 0.1]]")
@@ -120,3 +121,11 @@ def test_a_row_has_the_cost_of_the_dearest_comparison_and_the_worst_of_all():
     assert (half.tested, none.reason) == (True, "why")
     assert _failure([none], [none]).endswith("Plane strain: why")
     assert _failure([none, row], [none]) is None
+
+
+def test_each_model_is_solved_once():
+    solves = Solves(FINGER, SCENE, (told := []).append)
+    solves.scale, solves._solve = 2.0, solved
+    ways = [{}, {"finer": 0.7}, {"values": {"plates.count": 3}}, {"plates": "sheet"}]
+    found = [solves.space(**way).model.name.scale for way in 2 * ways]
+    assert (found, len(told)) == (2 * [2.0, pytest.approx(1.4), 2.0, 2.0], 4)
