@@ -3,18 +3,23 @@
 import csv
 import io
 import json
+from dataclasses import fields, replace
 
 import pytest
 
 from fingerdesign.errors import MOST_TEXT, all_shown, shown
 from fingerdesign.records.outcome import (
+    Failure,
+    GripOutcome,
     Outcome,
     OutcomeError,
+    Traces,
+    Validity,
     designs_csv,
     grips_csv,
     increments_csv,
 )
-from fingerdesign.records.verdict import Verdict, VerdictView
+from fingerdesign.records.verdict import Fix, Verdict, VerdictView
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 
 GOOD = next(each for each in any_outcomes(6, failed=0.0) if each.status == "ok")
@@ -50,6 +55,10 @@ def nested(depth):
         changed(traces={"gages": [[1.0]], "gage_x_mm": [0.0, 1.0]}),
         changed(traces={"gages": [[1.0]], "stick_ratio": [0.5, 0.6]}),
         changed(traces={"contact_x_mm": [0.0, 1.0], "status": ["#"]}),
+        changed(traces={"contact_z_mm": [0.0, 1.0], "status": ["#"]}),
+        changed(traces={"stick_ratio": [0.5, 0.6], "status": ["#"]}),
+        changed(metrics={"cost": -1e31}),
+        changed(schema_version=0),
         changed(grips=[json.loads(GOOD.to_json())["grips"][0] | {"normal_force_N": [1.0]}]),
         changed(values={"k": 1}).replace('"k": 1', '"k": ' + "9" * 5000),
         nested(40),
@@ -57,7 +66,7 @@ def nested(depth):
         nested(100_000),
         "[" * 100_000,
     ],
-    ids=range(20),
+    ids=range(24),
 )
 def test_what_no_page_could_bear_is_refused(text):
     with pytest.raises(OutcomeError):
@@ -112,6 +121,44 @@ def test_notes_are_no_verdicts():
         (("pass", "warning", "warning", "note"), "1 pass, 2 warnings"),
         (("pass", "note"), "passes"),
         (("note", "note"), "numbers only"),
+        (("pass", "pass", "note"), "all 2 pass"),
     ):
         verdicts = tuple(Verdict(status, "a", "1") for status in statuses)
         assert VerdictView("a", "3-D", 1.0, verdicts).summary == words
+        assert VerdictView("a", "3-D", 1.0, verdicts, failure="No.").summary == "failed"
+    assert Fix("a", "b", "c").effect == "b (c)"
+    assert Fix("a", "b").effect == "b"
+
+
+FACTS = {"digest": "d", "name": "n", "scene": "s", "fidelity": "3d", "status": "failed"}
+WORK = {"seconds": 1.5, "core_seconds": 2.5, "peak_memory_MB": 3.5}
+
+
+def test_each_value_stands_under_its_own_heading():
+    """Every fact, trace and grip has a value of its own, in a table with a fuller row."""
+    path = {k.name: (10.0 + n, 20.0 + n) for n, k in enumerate(fields(Traces)[:6])}
+    traces = Traces(**path, gage_x_mm=(0.0,), gages=((7.0,), (8.0,)))
+    forces = {"normal_force_N": (1.0, 2.0), "tangential_force_N": (3.0, 4.0)}
+    own = {"lifted": True, "gross_slip": False, "safety_margin": 1.25}
+    own |= {"controller": "c", "friction_coefficient": 0.5, "object_mass_g": 200.0}
+    held = GripOutcome(**own, peak_normal_force_N=9.0, minimum_stick_ratio=0.75, **forces)
+    failure, checks = Failure("timeout", "late"), Validity(0.125, 0.25)
+    made = Outcome(values={}, design={}, failure=failure, validity=checks, **FACTS, **WORK)
+    made = replace(made, traces=traces, grips=(held, held), metrics={"core_seconds": 99.0})
+    fuller = replace(made, traces=replace(traces, gage_x_mm=(0.0, 1.0), gages=((1.0, 2.0),) * 2))
+    row = rows(designs_csv([made]))[0]
+    checked = {"plane_strain_error": 0.125, "mesh_error": 0.25}
+    failed = {"failure_kind": "timeout", "failure": "late"}
+    assert row == {key: str(each) for key, each in (FACTS | failed | checked | WORK).items()}
+    first, second, *_ = rows(increments_csv([made, fuller]))
+    name = {"name": "n", "digest": "d"}
+    for k, found in enumerate((first, second)):
+        numbers = {key: str(each[k]) for key, each in path.items()}
+        gages = {"gage_0_microstrain": str(7.0 + k), "gage_1_microstrain": ""}
+        assert found == name | {"increment": str(k + 1)} | numbers | gages
+    found = rows(grips_csv([made]))
+    assert len(found) == 4
+    for number, each in enumerate(found):
+        step = {key: str(force[number % 2]) for key, force in forces.items()}
+        about = {"grip": str(number // 2), "step": str(number % 2)}
+        assert each == name | about | {key: str(value) for key, value in own.items()} | step

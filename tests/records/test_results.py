@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import sys
 import zipfile
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,19 +15,38 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.arrays import read_packed
-from fingerdesign.records.base import DATA, SCHEMAS, ResultError, schema_text
+from fingerdesign.records.arrays import (
+    OPEN,
+    SLIP,
+    STICK,
+    ContactHistory,
+    FieldHistory,
+    GripTrace,
+    SlipStudy,
+    read_packed,
+)
+from fingerdesign.records.base import DATA, SCHEMAS, ResultError, csv_text, plain, schema_text
+from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.result import (
     GageResult,
     IncrementResult,
+    Measurability,
+    MeasuredState,
     MeshSummary,
     ModelSummary,
     PointStrain,
     Result,
 )
-from fingerdesign.records.result_files import MOST_BYTES, RESULTS, read_result
+from fingerdesign.records.result_files import (
+    MOST_BYTES,
+    RESULTS,
+    read_result,
+    write_grip_csv,
+    write_result_files,
+)
 from tests.support.calls import write_results
 from tests.support.closed_form_analysis import make_analysis
+from tests.support.grips import grip
 from tests.support.result_folders import write_result_folder
 
 made = cache(make_analysis)
@@ -134,6 +153,7 @@ def test_folder_holds_history_a_row_an_increment(tmp_path):
     assert [row["stick_ratio"] for row in rows] == ["", str(second.stick_ratio)]
     assert rows[1]["gage_2_reading_microstrain"] == str(second.gages[2].reading)
     assert rows[1]["point_1_strain_xy_microstrain"] == "3.0"
+    assert [row["increment"] for row in rows] == ["1", "2"]
     with (folder / "grip_paper_1_mu0.3_200g.csv").open(encoding="utf-8", newline="") as stream:
         steps = list(csv.DictReader(stream))
     assert len(steps) == len(trace().dx)
@@ -273,3 +293,151 @@ def test_arrays_that_claim_more_than_they_are_are_refused(tmp_path, shape, zeros
         to.write(bytes(zeros))
     with pytest.raises(ResultError, match=words):
         read_packed(path)
+
+
+COLUMNS = {
+    "approach_mm": "approach",
+    "shear_mm": "shear",
+    "command_dx_mm": "dx",
+    "command_dy_mm": "dy",
+    "rise_mm": "rise",
+    "normal_force_N": "normal_force",
+    "tangential_force_N": "tangential_force",
+    **{name: name for name in ("stick_ratio", "gage_area_mm", "hold", "reported_stick_ratio")},
+    **{name: name for name in ("unsure", "warns")},
+}
+
+
+def small_trace():
+    """Three steps of two gages; every array has numbers of its own."""
+    values = {name: 10.0 * k + np.arange(3.0) for k, name in enumerate(COLUMNS.values(), start=1)}
+    values |= {"hold": np.array([True, False, True]), "unsure": np.array([False, True, True])}
+    values |= {"warns": np.array([False, False, True])}
+    return GripTrace("c", 0.5, 200.0, **values, gage_readings=np.arange(6.0).reshape(3, 2))
+
+
+def test_each_array_of_a_grip_stands_under_its_own_heading(tmp_path):
+    made = small_trace()
+    write_grip_csv(tmp_path / "a.csv", made)
+    with (tmp_path / "a.csv").open(encoding="utf-8", newline="") as stream:
+        steps = list(csv.DictReader(stream))
+    read = {key: [float(row[key]) for row in steps] for key in steps[0]}
+    wanted = {key: getattr(made, name).astype(float).tolist() for key, name in COLUMNS.items()}
+    wanted |= {"friction_limit_N": made.limit.tolist(), "step": [1.0, 2.0, 3.0]}
+    gages = {f"gage_{k}_reading_microstrain": made.gage_readings[:, k].tolist() for k in (0, 1)}
+    assert read == wanted | gages
+    write_result_files(tmp_path, result(), [replace(made, without_rule=made)])
+    assert (tmp_path / "grip_c_mu0.5_200g_without_rule.csv").is_file()
+
+
+def test_what_is_read_off_a_grip():
+    made = small_trace()
+    assert made.forces.tolist() == [made.normal_force.tolist(), made.tangential_force.tolist()]
+    assert made.limit.tolist() == (0.5 * made.normal_force).tolist()
+    assert made.hold_starts.tolist() == [0, 2]
+    assert made.weight_per_finger_N == pytest.approx(0.1 * 9.80665)
+
+
+def history(points, status):
+    m, dim = points.shape
+    tractions = {"normal_traction": np.ones((len(status), m))}
+    tractions |= dict.fromkeys(("tangential_traction", "slip"), np.ones((len(status), m, dim - 1)))
+    return ContactHistory(points, np.ones(m), np.zeros((1, dim), int), status, **tractions)
+
+
+def test_the_length_that_sticks_is_that_of_its_points_share_on_the_middle_line():
+    """Points at 0, 1, 2 and 4 mm, in any order, stand for 0.5, 1, 1.5 and 1 mm."""
+    x, order = np.array([0.0, 1.0, 2.0, 4.0]), [2, 0, 3, 1]
+    status = np.array([[STICK, SLIP, STICK, OPEN], [SLIP, STICK, STICK, STICK]])
+    flat = history(np.column_stack([x, 0 * x])[order], status[:, order])
+    assert flat.stick_length().tolist() == [2.0, 3.5]
+    near, far = (np.column_stack([x[order], 0 * x, 0 * x + z]) for z in (0.4, 0.6))
+    points, own = np.vstack([far, near]), status[:, order]
+    deep = history(points, np.hstack([np.full((2, 4), STICK), own]))
+    assert deep.stick_length().tolist() == [2.0, 3.5]
+    assert points[deep.mid_line(), 0].tolist() == x.tolist()
+
+
+def test_arrays_of_unlike_lengths_are_refused():
+    ones = np.ones(3)
+    study = dict.fromkeys(("stick_ratio", "stick_length_mm", "gage_area_raw_mm"), ones)
+    study |= dict.fromkeys(("gage_area_mm", "tangential_force", "normal_force"), ones)
+    study |= {"gage_x_mm": np.ones(2), "threshold": 1.0, "friction_coefficient": 0.5}
+    study |= dict.fromkeys(("response_raw", "response"), np.ones((3, 2)))
+    study |= {"rank_correlation_raw": None, "rank_correlation": None}
+    deep = history(np.ones((4, 3)), np.zeros((2, 4), int))
+    for made in (SlipStudy(**study), small_trace(), deep):
+        arrays = {each.name: getattr(made, each.name) for each in fields(made)}
+        for name, value in arrays.items():
+            if isinstance(value, np.ndarray) and name != "facets":
+                less = value[:-1] if name == "gage_readings" else value.T[:-1].T
+                with pytest.raises(ValueError, match="shape"):
+                    replace(made, **{name: less})
+    for wrong in (np.full((1, 3), 4), np.full((1, 3), -1)):
+        with pytest.raises(ValueError, match="must index the 4 points"):
+            replace(deep, facets=wrong)
+    with pytest.raises(ValueError, match="FieldHistory"):
+        FieldHistory((0, 1), np.zeros((3, 5, 2)))
+
+
+def test_numbers_are_rounded_at_any_depth_and_gaps_are_empty_cells():
+    found = plain({"a": [1.26, {"b": (-0.04, None, np.float64(2.04))}]}, decimals=1)
+    assert found == {"a": [1.3, {"b": [0.0, None, 2.0]}]}
+    assert str(found["a"][1]["b"][0]) == "0.0"
+    assert csv_text(["a", "b", "c"], [[None, float("nan"), 0.0]]) == "a,b,c\n,,0.0\n"
+
+
+def test_which_folders_are_taken_for_older_ones(tmp_path):
+    kind, filled = (RecordFolder("thing", "it.json", ("it.json", "*.d"), each) for each in (0, 1))
+    inner = tmp_path / "inner"
+    (inner / "a.d").mkdir(parents=True)
+    filled.refuse_foreign(inner)  # it may hold folders, and not yet its record
+    with pytest.raises(ResultError, match=r"a\.d, which is no thing"):
+        kind.refuse_foreign(inner)
+    (inner / "a.d").rmdir()
+    (inner / "b.d").write_text("", encoding="utf-8")
+    with pytest.raises(ResultError, match="no older thing"):
+        kind.refuse_foreign(inner)
+    (inner / "it.json").write_text("", encoding="utf-8")
+    kind.refuse_foreign(inner)
+    (tmp_path / "link").symlink_to(inner)
+    with pytest.raises(ResultError, match="not a folder"):
+        kind.refuse_foreign(tmp_path / "link")
+
+
+def test_a_grip_succeeds_where_it_lifts_holds_and_does_not_crush():
+    """200 g at friction 0.5: each finger holds from 1.96133 N on."""
+    base = replace(grip(1.5), friction_coefficient=0.5, object_mass_g=200.0, outcome="lifted")
+    base = replace(base, lifted=True, gross_slip=False, peak_normal_force_N=2.9 * 1.96133)
+    assert base.least_force_N == pytest.approx(1.96133)
+    assert replace(base, slip_ratio=0.25).least_force_N == pytest.approx(2 * 1.96133)
+    assert base.peak_ratio == pytest.approx(2.9)
+    assert base.success
+    assert replace(base, peak_normal_force_N=3.0 * base.least_force_N).crushed
+    for change in (
+        *({"lifted": False}, {"gross_slip": True}, {"outcome": "failed"}),
+        {"peak_normal_force_N": 3.1 * 1.96133},
+    ):
+        assert not replace(base, **change).success
+
+
+def test_a_result_says_what_it_found():
+    states = [MeasuredState(0.5, 2.0, 0.980665, 1.0, 1.0, change, 0.1) for change in (0.1, 0.3)]
+    assert states[0].object_mass_g == pytest.approx(200.0)
+    found = Measurability(0.5, True, 0.2, tuple(states))
+    assert found.smallest_stick_change == 0.3
+    grips = tuple(replace(grip(1.5), lifted=True, gross_slip=each) for each in (True, False))
+    words = repr(result(measurability=found, grips=grips, warnings=("a", "b")))
+    for part in ("1 of 2 grips", "answer too little", "ratio 0.3)", "2 warnings"):
+        assert part in words
+    assert "can be measured" in repr(result(measurability=replace(found, wanted_stick_change=0.3)))
+
+
+def test_a_key_that_is_missing_or_unknown_is_called_so():
+    content = json.loads(result().to_json())
+    content["grips"][0]["controler"] = content["grips"][0].pop("controller")
+    with pytest.raises(DesignError) as caught:
+        Result.from_json(json.dumps(content))
+    found = {fault.key: (fault.value, fault.bound) for fault in caught.value.faults}
+    assert found["grips.0.controller"] == ("nothing", "present")
+    assert found["grips.0.controler"] == ("paper", "a key of this schema version")
