@@ -1,13 +1,15 @@
 """Quadrics, NURBS surfaces and borders of faces against closed forms and their definitions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
 from fingerdesign.design.scene import SceneObject
-from fingerdesign.shapes.faces import Border
+from fingerdesign.shapes.faces import Border, CadFace, Smooth, nearest, top_height
 from fingerdesign.shapes.nurbs import Nurbs
-from fingerdesign.shapes.quadrics import Cone, Plane, Sphere, roots
+from fingerdesign.shapes.quadrics import Cone, Plane, Sphere, roots, unit
 
 AXIS = np.array([2.0, -1.0, 2.0]) / 3.0
 CENTRE = np.array([0.3, 1.2, -0.7])
@@ -49,6 +51,14 @@ def test_roots_touch_miss_and_do_not_cancel():
     assert found[:, 0].tolist() == [0.0, 0.0]
     assert np.isnan(found[:, 1]).all()
     np.testing.assert_allclose(sorted(found[:, 2]), [5e-9, 2e8], rtol=1e-12)
+
+
+def test_a_cone_has_one_half_and_an_upright_plane_no_height():
+    cone = Cone(np.zeros(3), np.array([0.0, 1.0, 0.0]), 1.0, -0.5)  # its tip at y = 2
+    found = cone.heights(np.array([0.5, 3.0]), np.zeros(2))
+    assert sorted(found[np.isfinite(found)]) == pytest.approx([-4.0, 1.0])
+    assert np.isnan(Plane(np.array([1.0, 0.0, 0.0]), 0.4).heights(np.ones(2), np.ones(2))).all()
+    assert not unit(np.zeros((1, 3))).any()
 
 
 # NURBS: sums of SciPy's bases, a cylinder and a closed tube.
@@ -202,3 +212,90 @@ def test_which_objects_are_alike_in_every_section_and_which_mirror(keys, alike, 
     )
     assert np.allclose(here, farther) == alike
     assert np.allclose(here, mirrored) == mirrors
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"shape": "plane"},
+        {"shape": "sphere", "radius_mm": 5.0},
+        *({"shape": "cylinder", "radius_mm": 5.0, "axis": axis} for axis in "xz"),
+        *({"shape": "cylinder", "radius_mm": 5.0, "axis": axis, "turn_deg": 30.0} for axis in "xz"),
+    ],
+)
+def test_the_curvature_is_that_of_the_lower_face(keys):
+    given, h = SceneObject(**keys), 0.01
+    x, z = h * np.array([[0, 1, -1, 0, 0, 1, -1], [0, 0, 0, 1, -1, 1, -1]])
+    o, right, left, front, back, both, neither = given.made().underside(x, z)
+    xx, zz = (right + left - 2.0 * o) / h**2, (front + back - 2.0 * o) / h**2
+    xz = 0.5 * ((both + neither - 2.0 * o) / h**2 - xx - zz)
+    np.testing.assert_allclose(given.curvature(), [[xx, xz], [xz, zz]], atol=1e-5)
+
+
+def test_a_tilted_plane_turned_by_a_quarter_falls_toward_z():
+    made = SceneObject(tilt_deg=5.0, turn_deg=90.0).made()
+    fall = made.underside(np.array([0.0, 3.0]), np.array([1.0, 1.0]))
+    assert fall == pytest.approx(-np.tan(np.radians(5.0)))
+
+
+def square(name, area, place=0.0):
+    """The face |x|, |z| <= 1 at a height, outward up."""
+    corners = np.array([[-1.0, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]])
+    start, end, *vectors = polygon(corners)
+    up = np.array([0.0, place, 0.0])
+    box = {"low": np.array([-1.0, place, -1.0]), "high": np.array([1.0, place, 1.0])}
+    border = Border(start + up, end + up, *vectors)
+    return CadFace(name, Plane(np.array([0.0, 1.0, 0.0]), place), border=border, area=area, **box)
+
+
+def upright(name, area):
+    """The face x = 1, -2 <= y <= 0, |z| <= 1, outward along x; its shape looks inward."""
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    start, end, *vectors = (each @ turn for each in vars(square(name, area).border).values())
+    away = np.array([1.0, -1.0, 0.0])
+    border = Border(start + away, end + away, *vectors)
+    box = {"low": np.array([1.0, -2.0, -1.0]), "high": np.array([1.0, 0.0, 1.0])}
+    plane = Plane(np.array([-1.0, 0.0, 0.0]), -1.0)
+    return CadFace(name, plane, -1.0, border=border, area=area, **box)
+
+
+PLACES = {  # of a point: the nearest face, its signed distance, the distance as it ends
+    (2.0, -1.0, 0.0): (1, 1.0, 1.0),
+    (0.0, 1.0, 0.0): (0, 1.0, 1.0),
+    (0.5, -0.2, 0.0): (0, -0.2, 0.2),
+    (0.9, -1.0, 0.0): (1, -0.1, 0.1),
+    (3.0, 1.0, 0.0): (1, 2.0, 5.0**0.5),  # off the edge; seen more from the side
+    (1.5, 3.0, 0.0): (0, 3.0, 9.25**0.5),
+    (0.0, 0.0, 3.0): (0, 0.0, 2.0),
+}
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_the_nearest_face_is_that_as_it_ends_and_tells_the_side(order):
+    top, side = square("contact", 4.0), upright("side", 5.0)
+    faces = tuple((top, side)[k] for k in order)
+    points = np.array(list(PLACES))
+    owner, away, normal, misfit = nearest(faces, points)
+    assert [order[k] for k in owner] == [number for number, *_ in PLACES.values()]
+    np.testing.assert_allclose(away, [each for _, each, _ in PLACES.values()], atol=1e-9)
+    np.testing.assert_allclose(misfit, [each for *_, each in PLACES.values()], atol=1e-9)
+    outward = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    np.testing.assert_allclose(normal, outward[[order[k] for k in owner]], atol=1e-12)
+    joined = Smooth.of(faces)
+    assert joined.name == "contact"
+    assert not joined.flat
+    assert joined.names(points).tolist() == [faces[k].name for k in owner]
+    np.testing.assert_allclose(joined.misfit(points), misfit)
+    np.testing.assert_allclose(joined.distance(points), away)
+    assert Smooth.of([replace(top, name="end"), side]).name == "side"  # the largest
+    assert not Smooth.of([top, replace(side, shape=Sphere(np.zeros(3), 1.0))]).flat
+    level = Smooth.of([top, square("end", 1.0)])
+    assert level.flat
+    assert level.misfit(np.array([[3.0, 0.0, 0.0]])) == pytest.approx(2.0)
+
+
+def test_the_top_is_the_highest_face_over_a_place():
+    below, above = square("contact", 4.0, -1.0), square("contact", 4.0)
+    x, z = np.array([0.5, 1.2, 0.0]), np.array([0.0, 0.0, 1.2])
+    for faces in ((below, above), (above, below, upright("side", 4.0))):
+        assert top_height(faces, x, z).tolist() == pytest.approx([0.0, np.nan, np.nan], nan_ok=True)
