@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.analysis.case import fundamental_scene
-from fingerdesign.checks.follow import lift_force
+from fingerdesign.checks.follow import lift_approach, lift_force
 from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.design.io import design_data, dump_design
@@ -75,6 +75,21 @@ def test_a_value_that_is_given_stays_and_others_follow_it():
     assert given.approach_step_mm == pytest.approx(0.002)
     again = follows(**{"grip.max_approach_mm": "auto"})
     assert again.max_approach_mm == follows().max_approach_mm
+
+
+def test_at_500_g_and_5_MPa_what_follows_is_near_the_tables_defaults():
+    """A step is a 150th of the travel, the preload a 20th, the shear 7.5 steps."""
+    grip = follows()
+    for key in ("preload_mm", "approach_step_mm", "shear_step_mm", "max_approach_mm"):
+        assert getattr(grip, key) == pytest.approx(Grip.model_fields[key].default, rel=0.3)
+    for key in ("curve_per_N", "force_floor_N", "hold_force_N", "max_steps"):
+        assert getattr(grip, key) == pytest.approx(Grip.model_fields[key].default, rel=0.03)
+    assert grip.approach_step_mm == pytest.approx(grip.max_approach_mm / 150.0, rel=0.01)
+    assert grip.preload_mm == pytest.approx(grip.max_approach_mm / 20.0, rel=0.01)
+    needed = lift_approach(parse_design(TEXT), 0.3, 2.0, 500.0)
+    assert grip.max_approach_mm == pytest.approx(1.5 * needed, rel=0.01)
+    low = with_values(parse_design(TEXT), {"body.base_height_mm": 0.5, "plates.count": 0})
+    assert low.grip.max_approach_mm <= 0.5
 
 
 def test_fixed_defaults_are_those_of_the_table():

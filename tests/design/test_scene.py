@@ -169,6 +169,8 @@ def test_what_mirrors_and_what_plane_strain_can_hold(text, mirrors, plane):
             "path.increments_mm = [[0.1, 0], [7, 0], [6.5, -8]]",  # over half of its height
             "path.increments_mm[1][0] path.increments_mm[2][1]",
         ),
+        ("path.increments_mm = [[6.33, -6.33, 6.33, -10.0]]", ""),
+        ("path.increments_mm = [[0.1, 0, -6.35], [0.1, 0, 6.34]]", "path.increments_mm[0][2]"),
         (PATH, ""),
         (PATH + "readout.points_mm = [[0, 13, 0], [0, 5, 0], [0, 20, 0]]", "readout.points_mm[2]"),
         (PULL + "[[3, 1.5], [2, -1.0]]", ""),
@@ -204,6 +206,14 @@ def test_what_a_finger_cannot_take_is_refused_by_key(text, keys):
 def test_readout_points_lie_inside(point, inside):
     scene = parse_scene(PATH + f"readout.points_mm = [{list(point)}]")
     assert (scene_faults(scene, DESIGN) == []) is inside
+
+
+def test_readout_points_lie_inside_a_round_section_and_all_outside_are_named():
+    pin = parse_design('design.name = "a"\nbody.shape = "revolved"\nplates.count = 0')
+    text = PATH + "readout.points_mm = [[7, 1, 7], [0, 14, 0], [7.1, 1, 7.1], [0, 1, -10.1]]"
+    (fault,) = scene_faults(parse_scene(text), pin)
+    assert fault.key == "readout.points_mm[1]"
+    assert fault.remedy.endswith("outside; so are 2, 3")
 
 
 def test_every_fault_of_a_scenes_keys_at_once():
