@@ -222,7 +222,11 @@ def test_a_mesh_comes_back_as_it_was_and_garbage_is_nothing_kept(folder, mesh):
     again, path = load_mesh("key"), folder / "key.npz"
     for name in ("points", "cells", "regions"):
         np.testing.assert_array_equal(getattr(again, name), getattr(mesh, name))
-    assert (again.notes, again.region_names) == (mesh.notes, mesh.region_names)
+    for name in ("notes", "region_names", "mesher", "symmetric"):
+        assert getattr(again, name) == getattr(mesh, name)
+    assert {name: rows.tolist() for name, rows in again.facets.items()} == {
+        name: rows.tolist() for name, rows in mesh.facets.items()
+    }
     with np.load(path) as data:
         good = dict(data)
     for bad in (
