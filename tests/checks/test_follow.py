@@ -84,8 +84,8 @@ def test_at_500_g_and_5_MPa_what_follows_is_near_the_tables_defaults():
         assert getattr(grip, key) == pytest.approx(Grip.model_fields[key].default, rel=0.3)
     for key in ("curve_per_N", "force_floor_N", "hold_force_N", "max_steps"):
         assert getattr(grip, key) == pytest.approx(Grip.model_fields[key].default, rel=0.03)
-    assert grip.approach_step_mm == pytest.approx(grip.max_approach_mm / 150.0, rel=0.01)
-    assert grip.preload_mm == pytest.approx(grip.max_approach_mm / 20.0, rel=0.01)
+    parts = grip.approach_step_mm * 150.0, grip.preload_mm * 20.0
+    assert parts == pytest.approx((grip.max_approach_mm,) * 2, rel=0.01)
     needed = lift_approach(parse_design(TEXT), 0.3, 2.0, 500.0)
     assert grip.max_approach_mm == pytest.approx(1.5 * needed, rel=0.01)
     low = with_values(parse_design(TEXT), {"body.base_height_mm": 0.5, "plates.count": 0})

@@ -266,6 +266,8 @@ def test_a_former_key_is_read_under_its_present_name_with_a_note():
     with pytest.warns(FormerKeyWarning):
         changed = with_values(design, {"grip.regulator.taught_grips": 78})
     assert changed.grip.regulator.training_grips == 78
+    with pytest.warns(FormerKeyWarning, match=r'mesher = "extrude" is now "sweep"'):
+        assert parse_design(NAME + 'mesh.mesher = "extrude"').mesh.mesher == "sweep"
 
 
 def test_a_controllers_class_counts_by_the_content_of_its_file(tmp_path, importable):

@@ -1,10 +1,12 @@
 """Keys, types and bounds of a design, one by one; its digest; its grip."""
 
+import numpy as np
 import pytest
 
 from fingerdesign.checks.load import load_design, parse_design, with_values, without_plates
-from fingerdesign.design.digest import LATER
+from fingerdesign.design.digest import LATER, content_digest
 from fingerdesign.design.former import FIRST_NAMES
+from fingerdesign.design.grip import GRAVITY, Tug, WeightChange, pull_at
 from fingerdesign.design.io import dump_design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import Hole, PlateFrame
@@ -240,6 +242,42 @@ def test_keys_that_came_later_leave_digests_as_they_were():
     values = {FIRST_NAMES.get(key, key): value for key, value in values.items()}
     assert {key: values[key] for key in LATER} == LATER
     assert parse_design('design.name = "a"\ngages.grid = "axial"').digest() == BASE.digest()
+
+
+def changed(table, path=""):
+    """Dotted keys of numbers, switches and absent values, each with a copy that has another."""
+    for name, info in type(table).model_fields.items():
+        key, value, other = path + name, getattr(table, name), None
+        if hasattr(value, "model_fields_set"):
+            yield from (
+                (k, table.model_copy(update={name: v})) for k, v in changed(value, f"{key}.")
+            )
+        elif isinstance(value, int | float):
+            other = not value if isinstance(value, bool) else value + 1
+        elif value is None and name != "file":
+            other = next((each for each in info.examples or () if not isinstance(each, list)), None)
+        if other is not None:
+            yield key, table.model_copy(update={name: other})
+
+
+def test_every_key_but_how_it_is_cast_is_part_of_the_digest():
+    """One left out would take another finger's results for this one's."""
+    base = parse_design(NAME + "body.core.width_mm = 4.0\ngages.leads.number = 4")
+    found = dict(changed(base))
+    assert len(found) > 100
+    same = {key for key, other in found.items() if content_digest(other) == content_digest(base)}
+    assert same == {key for key in found if key.startswith("mold.")}
+
+
+def test_what_pulls_at_the_object_is_its_weight_by_then_and_the_tugs_that_last():
+    tugs = [Tug(step_after_lift=2, extra_force_N=1.0, duration_steps=3)]
+    tugs += [Tug(step_after_lift=4, extra_force_N=-0.5)]
+    changes = [
+        WeightChange(step_after_lift=k, object_mass_g=m) for k, m in ((4, 100.0), (2, 300.0))
+    ]
+    masses, extra = np.array([200.0, 300.0, 300.0, 100.0, 100.0]), [0.0, 1.0, 1.0, 0.5, 0.0]
+    found = [pull_at(step, 200.0, tugs, changes) for step in range(1, 6)]
+    assert found == pytest.approx(1e-3 * GRAVITY * masses + extra)
 
 
 BEFORE_MOLDS = {

@@ -5,7 +5,14 @@ import pytest
 
 from fingerdesign.checks.load import load_design, parse_design
 from fingerdesign.design.scene import SceneObject
-from fingerdesign.layout.zone import approach_for, candidate_zone, contact_half_width, contact_reach
+from fingerdesign.layout.zone import (
+    Zone,
+    approach_for,
+    candidate_zone,
+    contact_half_width,
+    contact_reach,
+)
+from fingerdesign.mesh.make import mesher_name
 
 PLANE = SceneObject()
 NAME = 'design.name = "a"\n'
@@ -84,3 +91,44 @@ def test_more_force_is_a_deeper_approach_and_a_wider_zone(design, rigid):
     assert 0 < depths[0] < depths[1] < depths[2]
     widths = [candidate_zone(design, rigid, depth).half_width for depth in depths]
     assert 0 < widths[0] <= widths[1] <= widths[2] <= 10.0
+
+
+def test_approaches_on_a_flat_top_are_hertzs_and_a_columns():
+    """Of a block of 20 x 10 x 10 mm: a ball, a line along x 20 mm long, a plane, a wedge."""
+    material = BLOCK.material_of("body")
+    modulus = material.youngs_modulus_MPa / (1.0 - material.poissons_ratio**2)
+    ball = approach_for(BLOCK, SceneObject(shape="sphere", radius_mm=8.0), 1.0)
+    assert 4.0 / 3.0 * modulus * np.sqrt(8.0) * ball**1.5 == pytest.approx(1.0)
+    across = SceneObject(shape="cylinder", radius_mm=8.0, axis="x")
+    along = SceneObject(shape="cylinder", radius_mm=8.0)
+    assert approach_for(BLOCK, across, 2.0, 0.0) == approach_for(BLOCK, along, 1.0, 0.0)
+    column = 1.0 * 10.0 / (modulus * 200.0)
+    assert approach_for(BLOCK, PLANE, 1.0) == pytest.approx(column)
+    assert approach_for(BLOCK, SceneObject(tilt_deg=5.0), 1.0) == pytest.approx(2.0 * column)
+    assert approach_for(BLOCK, PLANE, 1e9) == 5.0
+
+
+def test_a_zone_is_wider_than_its_forecast_and_ends_with_the_body():
+    wide, deep = contact_reach(PIN, PLANE, 0.1)
+    zone = candidate_zone(PIN, PLANE, 0.1, (-1.0, 2.0))
+    assert zone.half_width == pytest.approx(1.0 + 1.15 * wide + 0.3)
+    assert zone.half_depth == pytest.approx(2.0 + 1.15 * deep + 0.3)
+    assert Zone(2.0, 3.0, 1.0).widened(2.0, PIN) == Zone(4.0, 6.0, 1.0)
+    assert Zone(5.0, 3.3, 1.0).widened(2.0, PIN) == Zone(8.0, None, 1.0)  # over 0.8 of 8 mm
+    turned = contact_reach(BLOCK, SceneObject(tilt_deg=10.0, turn_deg=60.0), 0.1)
+    assert turned[0] == pytest.approx(0.2 / np.tan(np.radians(10.0)))
+
+
+@pytest.mark.parametrize(
+    ("lines", "mesher"),
+    [
+        ("plates.stagger_mm = 0.1", "tetwild"),
+        ("plates.stagger_mm = 0.12", "sweep"),
+        ('plates.model = "none"\nplates.stagger_mm = 0.1', "sweep"),
+        ("body.core = {depth_mm = 6.1, height_mm = 2.0}", "tetwild"),
+    ],
+)
+def test_layers_that_are_too_thin_are_left_to_tetrahedra(lines, mesher):
+    """A hundredth of the depth is the least."""
+    finite = "plates.cover_mm = 3.0\nplates.span_mm = 6.0"
+    assert mesher_name(design_of('mesh.mesher = "auto"', finite, lines)) == mesher

@@ -13,13 +13,7 @@ from fingerdesign.mesh.counting import elements_within, expected_elements
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.plates import extruded_sizes, section_sizes
-from fingerdesign.mesh.sizing import (
-    END_GRADATION,
-    LEAST_CONTACT_SIZE,
-    MeshSizes,
-    SizeField,
-    distances_to_plate,
-)
+from fingerdesign.mesh.sizing import END_GRADATION, LEAST_CONTACT_SIZE, MeshSizes, SizeField
 from fingerdesign.mesh.tetra.background import GRID_POINTS, background_grid
 
 
@@ -62,24 +56,6 @@ def test_sizes_at_the_contact_beside_the_zone_and_far_away():
 def test_sizes_of_a_design_follow_its_contact_and_its_slow_direction(keys, zone, contact, stretch):
     sizes = MeshSizes.of(parse_design(f'design.name = "t"\n{keys}'), zone)
     assert (sizes.contact, sizes.stretch) == (pytest.approx(contact), stretch)
-    assert vars(sizes.scaled(2.0)) == vars(sizes) | {
-        name: 2.0 * getattr(sizes, name) for name in ("contact", "plate", "far")
-    }
-
-
-def test_along_z_distances_count_less():
-    """Beyond a short zone, and beyond a plate's span: a stretch of 4 makes 2 mm a half."""
-    design = parse_design('design.name = "t"\nplates.count = 1\nplates.span_mm = 4.0')
-    sizes = MeshSizes(contact=0.2, plate=0.3, far=9.0, gradation=0.5, stretch=4.0)
-    frames, surface = plate_frames(design), ContactSurface.of(design.body)
-    field = SizeField(surface, (), sizes, Zone(3.0, 1.0))
-    assert field(np.array([[0.0, surface.crest, 3.0]])) == pytest.approx(0.1 + 0.5 * 0.5)
-    (frame,) = frames
-    point = frame.to_space(frame.from_local(0.0, 0.25), 4.0)
-    for stretch in (1.0, 4.0):
-        box, ends = distances_to_plate(frame, point, stretch)
-        assert box == pytest.approx(np.hypot(0.2, 2.0 / stretch))
-        assert ends == pytest.approx(np.hypot(1.0, np.hypot(0.2, 2.0 / stretch)))
 
 
 def test_sizes_at_a_plate_and_at_its_ends():

@@ -15,38 +15,21 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.arrays import (
-    OPEN,
-    SLIP,
-    STICK,
-    ContactHistory,
-    FieldHistory,
-    GripTrace,
-    SlipStudy,
-    read_packed,
-)
+from fingerdesign.records import arrays, result_files
+from fingerdesign.records.arrays import read_packed
 from fingerdesign.records.base import DATA, SCHEMAS, ResultError, csv_text, plain, schema_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.result import (
     GageResult,
     IncrementResult,
-    Measurability,
-    MeasuredState,
     MeshSummary,
     ModelSummary,
     PointStrain,
     Result,
 )
-from fingerdesign.records.result_files import (
-    MOST_BYTES,
-    RESULTS,
-    read_result,
-    write_grip_csv,
-    write_result_files,
-)
+from fingerdesign.records.result_files import MOST_BYTES, RESULTS, read_result
 from tests.support.calls import write_results
 from tests.support.closed_form_analysis import make_analysis
-from tests.support.grips import grip
 from tests.support.result_folders import write_result_folder
 
 made = cache(make_analysis)
@@ -313,12 +296,12 @@ def small_trace():
     values = {name: 10.0 * k + np.arange(3.0) for k, name in enumerate(COLUMNS.values(), start=1)}
     values |= {"hold": np.array([True, False, True]), "unsure": np.array([False, True, True])}
     values |= {"warns": np.array([False, False, True])}
-    return GripTrace("c", 0.5, 200.0, **values, gage_readings=np.arange(6.0).reshape(3, 2))
+    return arrays.GripTrace("c", 0.5, 200.0, **values, gage_readings=np.arange(6.0).reshape(3, 2))
 
 
 def test_each_array_of_a_grip_stands_under_its_own_heading(tmp_path):
     made = small_trace()
-    write_grip_csv(tmp_path / "a.csv", made)
+    result_files.write_grip_csv(tmp_path / "a.csv", made)
     with (tmp_path / "a.csv").open(encoding="utf-8", newline="") as stream:
         steps = list(csv.DictReader(stream))
     read = {key: [float(row[key]) for row in steps] for key in steps[0]}
@@ -326,7 +309,7 @@ def test_each_array_of_a_grip_stands_under_its_own_heading(tmp_path):
     wanted |= {"friction_limit_N": made.limit.tolist(), "step": [1.0, 2.0, 3.0]}
     gages = {f"gage_{k}_reading_microstrain": made.gage_readings[:, k].tolist() for k in (0, 1)}
     assert read == wanted | gages
-    write_result_files(tmp_path, result(), [replace(made, without_rule=made)])
+    result_files.write_result_files(tmp_path, result(), [replace(made, without_rule=made)])
     assert (tmp_path / "grip_c_mu0.5_200g_without_rule.csv").is_file()
 
 
@@ -342,42 +325,36 @@ def history(points, status):
     m, dim = points.shape
     tractions = {"normal_traction": np.ones((len(status), m))}
     tractions |= dict.fromkeys(("tangential_traction", "slip"), np.ones((len(status), m, dim - 1)))
-    return ContactHistory(points, np.ones(m), np.zeros((1, dim), int), status, **tractions)
+    return arrays.ContactHistory(points, np.ones(m), np.zeros((1, dim), int), status, **tractions)
 
 
 def test_the_length_that_sticks_is_that_of_its_points_share_on_the_middle_line():
     """Points at 0, 1, 2 and 4 mm, in any order, stand for 0.5, 1, 1.5 and 1 mm."""
     x, order = np.array([0.0, 1.0, 2.0, 4.0]), [2, 0, 3, 1]
-    status = np.array([[STICK, SLIP, STICK, OPEN], [SLIP, STICK, STICK, STICK]])
+    stick, slip = arrays.STICK, arrays.SLIP
+    status = np.array([[stick, slip, stick, arrays.OPEN], [slip, stick, stick, stick]])
     flat = history(np.column_stack([x, 0 * x])[order], status[:, order])
     assert flat.stick_length().tolist() == [2.0, 3.5]
     near, far = (np.column_stack([x[order], 0 * x, 0 * x + z]) for z in (0.4, 0.6))
     points, own = np.vstack([far, near]), status[:, order]
-    deep = history(points, np.hstack([np.full((2, 4), STICK), own]))
+    deep = history(points, np.hstack([np.full((2, 4), stick), own]))
     assert deep.stick_length().tolist() == [2.0, 3.5]
     assert points[deep.mid_line(), 0].tolist() == x.tolist()
 
 
 def test_arrays_of_unlike_lengths_are_refused():
-    ones = np.ones(3)
-    study = dict.fromkeys(("stick_ratio", "stick_length_mm", "gage_area_raw_mm"), ones)
-    study |= dict.fromkeys(("gage_area_mm", "tangential_force", "normal_force"), ones)
-    study |= {"gage_x_mm": np.ones(2), "threshold": 1.0, "friction_coefficient": 0.5}
-    study |= dict.fromkeys(("response_raw", "response"), np.ones((3, 2)))
-    study |= {"rank_correlation_raw": None, "rank_correlation": None}
     deep = history(np.ones((4, 3)), np.zeros((2, 4), int))
-    for made in (SlipStudy(**study), small_trace(), deep):
-        arrays = {each.name: getattr(made, each.name) for each in fields(made)}
-        for name, value in arrays.items():
-            if isinstance(value, np.ndarray) and name != "facets":
+    for record in (made().slip_studies[0], small_trace(), deep):
+        for name in [each.name for each in fields(record)]:
+            if isinstance(value := getattr(record, name), np.ndarray) and name != "facets":
                 less = value[:-1] if name == "gage_readings" else value.T[:-1].T
                 with pytest.raises(ValueError, match="shape"):
-                    replace(made, **{name: less})
+                    replace(record, **{name: less})
     for wrong in (np.full((1, 3), 4), np.full((1, 3), -1)):
         with pytest.raises(ValueError, match="must index the 4 points"):
             replace(deep, facets=wrong)
     with pytest.raises(ValueError, match="FieldHistory"):
-        FieldHistory((0, 1), np.zeros((3, 5, 2)))
+        arrays.FieldHistory((0, 1), np.zeros((3, 5, 2)))
 
 
 def test_numbers_are_rounded_at_any_depth_and_gaps_are_empty_cells():
@@ -403,41 +380,3 @@ def test_which_folders_are_taken_for_older_ones(tmp_path):
     (tmp_path / "link").symlink_to(inner)
     with pytest.raises(ResultError, match="not a folder"):
         kind.refuse_foreign(tmp_path / "link")
-
-
-def test_a_grip_succeeds_where_it_lifts_holds_and_does_not_crush():
-    """200 g at friction 0.5: each finger holds from 1.96133 N on."""
-    base = replace(grip(1.5), friction_coefficient=0.5, object_mass_g=200.0, outcome="lifted")
-    base = replace(base, lifted=True, gross_slip=False, peak_normal_force_N=2.9 * 1.96133)
-    assert base.least_force_N == pytest.approx(1.96133)
-    assert replace(base, slip_ratio=0.25).least_force_N == pytest.approx(2 * 1.96133)
-    assert base.peak_ratio == pytest.approx(2.9)
-    assert base.success
-    assert replace(base, peak_normal_force_N=3.0 * base.least_force_N).crushed
-    for change in (
-        *({"lifted": False}, {"gross_slip": True}, {"outcome": "failed"}),
-        {"peak_normal_force_N": 3.1 * 1.96133},
-    ):
-        assert not replace(base, **change).success
-
-
-def test_a_result_says_what_it_found():
-    states = [MeasuredState(0.5, 2.0, 0.980665, 1.0, 1.0, change, 0.1) for change in (0.1, 0.3)]
-    assert states[0].object_mass_g == pytest.approx(200.0)
-    found = Measurability(0.5, True, 0.2, tuple(states))
-    assert found.smallest_stick_change == 0.3
-    grips = tuple(replace(grip(1.5), lifted=True, gross_slip=each) for each in (True, False))
-    words = repr(result(measurability=found, grips=grips, warnings=("a", "b")))
-    for part in ("1 of 2 grips", "answer too little", "ratio 0.3)", "2 warnings"):
-        assert part in words
-    assert "can be measured" in repr(result(measurability=replace(found, wanted_stick_change=0.3)))
-
-
-def test_a_key_that_is_missing_or_unknown_is_called_so():
-    content = json.loads(result().to_json())
-    content["grips"][0]["controler"] = content["grips"][0].pop("controller")
-    with pytest.raises(DesignError) as caught:
-        Result.from_json(json.dumps(content))
-    found = {fault.key: (fault.value, fault.bound) for fault in caught.value.faults}
-    assert found["grips.0.controller"] == ("nothing", "present")
-    assert found["grips.0.controler"] == ("paper", "a key of this schema version")

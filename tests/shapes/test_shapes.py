@@ -1,13 +1,11 @@
 """Quadrics, NURBS surfaces and borders of faces against closed forms and their definitions."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
 from fingerdesign.design.scene import SceneObject
-from fingerdesign.shapes.faces import Border, CadFace, Smooth, nearest, top_height
+from fingerdesign.shapes.faces import Border
 from fingerdesign.shapes.nurbs import Nurbs
 from fingerdesign.shapes.quadrics import Cone, Plane, Sphere, roots, unit
 
@@ -236,66 +234,3 @@ def test_a_tilted_plane_turned_by_a_quarter_falls_toward_z():
     made = SceneObject(tilt_deg=5.0, turn_deg=90.0).made()
     fall = made.underside(np.array([0.0, 3.0]), np.array([1.0, 1.0]))
     assert fall == pytest.approx(-np.tan(np.radians(5.0)))
-
-
-def square(name, area, place=0.0):
-    """The face |x|, |z| <= 1 at a height, outward up."""
-    corners = np.array([[-1.0, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]])
-    start, end, *vectors = polygon(corners)
-    up = np.array([0.0, place, 0.0])
-    box = {"low": np.array([-1.0, place, -1.0]), "high": np.array([1.0, place, 1.0])}
-    border = Border(start + up, end + up, *vectors)
-    return CadFace(name, Plane(np.array([0.0, 1.0, 0.0]), place), border=border, area=area, **box)
-
-
-def upright(name, area):
-    """The face x = 1, -2 <= y <= 0, |z| <= 1, outward along x; its shape looks inward."""
-    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    start, end, *vectors = (each @ turn for each in vars(square(name, area).border).values())
-    away = np.array([1.0, -1.0, 0.0])
-    border = Border(start + away, end + away, *vectors)
-    box = {"low": np.array([1.0, -2.0, -1.0]), "high": np.array([1.0, 0.0, 1.0])}
-    plane = Plane(np.array([-1.0, 0.0, 0.0]), -1.0)
-    return CadFace(name, plane, -1.0, border=border, area=area, **box)
-
-
-PLACES = {  # of a point: the nearest face, its signed distance, the distance as it ends
-    (2.0, -1.0, 0.0): (1, 1.0, 1.0),
-    (0.0, 1.0, 0.0): (0, 1.0, 1.0),
-    (0.5, -0.2, 0.0): (0, -0.2, 0.2),
-    (0.9, -1.0, 0.0): (1, -0.1, 0.1),
-    (3.0, 1.0, 0.0): (1, 2.0, 5.0**0.5),  # off the edge; seen more from the side
-    (1.5, 3.0, 0.0): (0, 3.0, 9.25**0.5),
-    (0.0, 0.0, 3.0): (0, 0.0, 2.0),
-}
-
-
-@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
-def test_the_nearest_face_is_that_as_it_ends_and_tells_the_side(order):
-    top, side = square("contact", 4.0), upright("side", 5.0)
-    faces = tuple((top, side)[k] for k in order)
-    points = np.array(list(PLACES))
-    owner, away, normal, misfit = nearest(faces, points)
-    assert [order[k] for k in owner] == [number for number, *_ in PLACES.values()]
-    np.testing.assert_allclose(away, [each for _, each, _ in PLACES.values()], atol=1e-9)
-    np.testing.assert_allclose(misfit, [each for *_, each in PLACES.values()], atol=1e-9)
-    outward = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
-    np.testing.assert_allclose(normal, outward[[order[k] for k in owner]], atol=1e-12)
-    joined = Smooth.of(faces)
-    assert joined.name == "contact"
-    assert not joined.flat
-    assert joined.names(points).tolist() == [faces[k].name for k in owner]
-    np.testing.assert_allclose(joined.misfit(points), misfit)
-    np.testing.assert_allclose(joined.distance(points), away)
-    assert Smooth.of([replace(top, name="end"), side]).name == "side"  # the largest
-    assert not Smooth.of([top, replace(side, shape=Sphere(np.zeros(3), 1.0))]).flat
-    level = Smooth.of([top, square("end", 1.0)])
-    assert level.flat
-    assert level.misfit(np.array([[3.0, 0.0, 0.0]])) == pytest.approx(2.0)
-
-
-def test_the_top_is_the_highest_face_over_a_place():
-    below, above = square("contact", 4.0, -1.0), square("contact", 4.0)
-    x, z = np.array([0.5, 1.2, 0.0]), np.array([0.0, 0.0, 1.2])
-    for faces in ((below, above), (above, below, upright("side", 4.0))):
-        assert top_height(faces, x, z).tolist() == pytest.approx([0.0, np.nan, np.nan], nan_ok=True)
