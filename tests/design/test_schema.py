@@ -261,7 +261,6 @@ def changed(table, path=""):
 
 
 def test_every_key_but_how_it_is_cast_is_part_of_the_digest():
-    """One left out would take another finger's results for this one's."""
     base = parse_design(NAME + "body.core.width_mm = 4.0\ngages.leads.number = 4")
     found = dict(changed(base))
     assert len(found) > 100

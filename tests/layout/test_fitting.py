@@ -179,7 +179,3 @@ def test_a_summary_has_the_least_distances_of_the_plates_own_points():
     assert found.volume_mm3 == pytest.approx(2400.0)
     assert found.plates_volume_mm3 == pytest.approx(3 * 2.0 * 0.1 * 10.0)
     assert (found.contact_half_width_mm, found.extruded) == (10.0, True)
-    more = {"follow": "turned", "span_mm": 6.0, "stagger_mm": 1.0, "model": "sheet"}
-    again = Design(design={"name": "b"}, body=body | {"core": {}}, plates=plates | more)
-    assert summarise(again).rows == ("3 along x, turned, staggered, finite, as sheets",)
-    assert (summarise(again).body, summarise(again).extruded) == ("block, core", False)

@@ -146,6 +146,7 @@ def test_each_value_stands_under_its_own_heading():
     made = Outcome(values={}, design={}, failure=failure, validity=checks, **FACTS, **WORK)
     made = replace(made, traces=traces, grips=(held, held), metrics={"core_seconds": 99.0})
     fuller = replace(made, traces=replace(traces, gage_x_mm=(0.0, 1.0), gages=((1.0, 2.0),) * 2))
+    assert designs_csv([made]).splitlines()[0].count("core_seconds") == 1
     row = rows(designs_csv([made]))[0]
     checked = {"plane_strain_error": 0.125, "mesh_error": 0.25}
     failed = {"failure_kind": "timeout", "failure": "late"}

@@ -17,11 +17,12 @@ import pytest
 from fingerdesign.errors import DesignError
 from fingerdesign.records import arrays, result_files
 from fingerdesign.records.arrays import read_packed
-from fingerdesign.records.base import DATA, SCHEMAS, ResultError, csv_text, plain, schema_text
-from fingerdesign.records.folder import RecordFolder
+from fingerdesign.records.base import DATA, SCHEMAS, ResultError, schema_text
 from fingerdesign.records.result import (
     GageResult,
     IncrementResult,
+    Measurability,
+    MeasuredState,
     MeshSummary,
     ModelSummary,
     PointStrain,
@@ -168,8 +169,10 @@ def test_a_foreign_folder_is_left_alone(tmp_path):
         write_result_folder(tmp_path, result())
     assert (tmp_path / "thesis.txt").exists()
     (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(ResultError, match="not a folder"):
-        write_result_folder(tmp_path / "file", result())
+    (tmp_path / "link").symlink_to(write_result_folder(tmp_path / "own", result()))
+    for name in ("file", "link"):
+        with pytest.raises(ResultError, match="not a folder"):
+            write_result_folder(tmp_path / name, result())
 
 
 def test_a_folder_without_result_json_does_not_appear(tmp_path):
@@ -292,7 +295,6 @@ COLUMNS = {
 
 
 def small_trace():
-    """Three steps of two gages; every array has numbers of its own."""
     values = {name: 10.0 * k + np.arange(3.0) for k, name in enumerate(COLUMNS.values(), start=1)}
     values |= {"hold": np.array([True, False, True]), "unsure": np.array([False, True, True])}
     values |= {"warns": np.array([False, False, True])}
@@ -316,7 +318,6 @@ def test_each_array_of_a_grip_stands_under_its_own_heading(tmp_path):
 def test_what_is_read_off_a_grip():
     made = small_trace()
     assert made.forces.tolist() == [made.normal_force.tolist(), made.tangential_force.tolist()]
-    assert made.limit.tolist() == (0.5 * made.normal_force).tolist()
     assert made.hold_starts.tolist() == [0, 2]
     assert made.weight_per_finger_N == pytest.approx(0.1 * 9.80665)
 
@@ -357,26 +358,8 @@ def test_arrays_of_unlike_lengths_are_refused():
         arrays.FieldHistory((0, 1), np.zeros((3, 5, 2)))
 
 
-def test_numbers_are_rounded_at_any_depth_and_gaps_are_empty_cells():
-    found = plain({"a": [1.26, {"b": (-0.04, None, np.float64(2.04))}]}, decimals=1)
-    assert found == {"a": [1.3, {"b": [0.0, None, 2.0]}]}
-    assert str(found["a"][1]["b"][0]) == "0.0"
-    assert csv_text(["a", "b", "c"], [[None, float("nan"), 0.0]]) == "a,b,c\n,,0.0\n"
-
-
-def test_which_folders_are_taken_for_older_ones(tmp_path):
-    kind, filled = (RecordFolder("thing", "it.json", ("it.json", "*.d"), each) for each in (0, 1))
-    inner = tmp_path / "inner"
-    (inner / "a.d").mkdir(parents=True)
-    filled.refuse_foreign(inner)  # it may hold folders, and not yet its record
-    with pytest.raises(ResultError, match=r"a\.d, which is no thing"):
-        kind.refuse_foreign(inner)
-    (inner / "a.d").rmdir()
-    (inner / "b.d").write_text("", encoding="utf-8")
-    with pytest.raises(ResultError, match="no older thing"):
-        kind.refuse_foreign(inner)
-    (inner / "it.json").write_text("", encoding="utf-8")
-    kind.refuse_foreign(inner)
-    (tmp_path / "link").symlink_to(inner)
-    with pytest.raises(ResultError, match="not a folder"):
-        kind.refuse_foreign(tmp_path / "link")
+def test_the_worst_state_decides_what_gages_can_measure():
+    states = [MeasuredState(0.5, 2.0, 0.980665, 1.0, 1.0, change, 0.1) for change in (0.3, 0.1)]
+    assert states[0].object_mass_g == pytest.approx(200.0)
+    for order in (states, states[::-1]):
+        assert Measurability(0.5, True, 0.2, tuple(order)).smallest_stick_change == 0.3

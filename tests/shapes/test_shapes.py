@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from fingerdesign.design.scene import SceneObject
-from fingerdesign.shapes.faces import Border
+from fingerdesign.shapes.faces import Border, CadFace, Smooth, nearest
 from fingerdesign.shapes.nurbs import Nurbs
 from fingerdesign.shapes.quadrics import Cone, Plane, Sphere, roots, unit
 
@@ -234,3 +234,35 @@ def test_a_tilted_plane_turned_by_a_quarter_falls_toward_z():
     made = SceneObject(tilt_deg=5.0, turn_deg=90.0).made()
     fall = made.underside(np.array([0.0, 3.0]), np.array([1.0, 1.0]))
     assert fall == pytest.approx(-np.tan(np.radians(5.0)))
+
+
+def box_face(name, area, turn, away, sign=1.0):
+    """A square of 2 mm, outward up; turned, then moved by its middle's place."""
+    start, end, *vectors = polygon(np.array([[-1.0, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]))
+    border = Border(start @ turn + away, end @ turn + away, *(each @ turn for each in vectors))
+    outward = np.array([0.0, 1.0, 0.0]) @ turn
+    box = {"low": border.start.min(axis=0), "high": border.start.max(axis=0)}
+    shape = Plane(sign * outward, sign * float(outward @ away))
+    return CadFace(name, shape, sign, border=border, area=area, **box)
+
+
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_the_nearest_face_is_that_as_it_ends_and_at_an_edge_the_one_seen_more_from_outside(order):
+    """The top y = 0 and the side x = 1 of a box; of points, their face and both distances."""
+    down = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    top = box_face("contact", 4.0, np.eye(3), np.zeros(3))
+    side = box_face("side", 5.0, down, np.array([1.0, -1.0, 0.0]), -1.0)
+    faces = tuple((top, side)[k] for k in order)
+    found = {
+        (0.5, -0.2, 0.0): (0, -0.2, 0.2),
+        (0.9, -1.0, 0.0): (1, -0.1, 0.1),
+        (3.0, 1.0, 0.0): (1, 2.0, 5.0**0.5),
+        (1.5, 3.0, 0.0): (0, 3.0, 9.25**0.5),
+        (0.0, 0.0, 3.0): (0, 0.0, 2.0),
+    }
+    owner, *distances = (nearest(faces, np.array(list(found)))[k] for k in (0, 1, 3))
+    numbers, *wanted = np.array(list(found.values())).T
+    assert [order[k] for k in owner] == numbers.tolist()
+    np.testing.assert_allclose(distances, wanted, atol=1e-9)
+    assert (Smooth.of(faces).name, Smooth.of([side]).name) == ("contact", "side")
+    assert not Smooth.of(faces).flat
