@@ -255,7 +255,8 @@ def changed(table, path=""):
         elif isinstance(value, int | float):
             other = not value if isinstance(value, bool) else value + 1
         elif value is None and name != "file":
-            other = next((each for each in info.examples or () if not isinstance(each, list)), None)
+            shown = (each for each in info.examples or () if not isinstance(each, list))
+            other = next((type(each)() for each in shown), None)  # 0 is not absent
         if other is not None:
             yield key, table.model_copy(update={name: other})
 
