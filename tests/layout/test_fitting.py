@@ -93,17 +93,16 @@ def test_a_gage_off_the_middle_and_holes_take_room(small):
     assert gage_fit(off).room[1] == pytest.approx(gage_fit(small).room[1] - 6.0)
 
 
-@pytest.mark.parametrize("values", [{}, {"plates.span_mm": 3.0, "gages.z_mm": -0.5}])
-def test_the_keys_that_take_a_gage_are_tried(small, values):
+@pytest.mark.parametrize("own", [{"plates.cover_mm": 1}, {"plates.span_mm": 3, "gages.z_mm": -0.5}])
+def test_the_keys_that_take_a_gage_are_tried(small, own):
     """Alone, or with the remedies of what follows: longer plates need more room."""
-    design = with_values(small, values)
+    design = with_values(small, own)
     fit = gage_fit(design)
     keys = gage_keys(design, fit)
     found = gage_fit(with_values(design, keys)).found
     assert found == fit.nearest
-    assert (keys["gages.length_mm"], keys["gages.width_mm"]) == (
-        *(found.grid_length_mm, found.grid_width_mm),
-    )
+    assert keys["gages.length_mm"] == found.grid_length_mm
+    assert keys["gages.width_mm"] == found.grid_width_mm
     assert keys.get("plates.span_mm", 9.0) >= found.carrier_width_mm + 2.0 * abs(design.gages.z_mm)
 
 
@@ -179,3 +178,6 @@ def test_a_summary_has_the_least_distances_of_the_plates_own_points():
     assert found.volume_mm3 == pytest.approx(2400.0)
     assert found.plates_volume_mm3 == pytest.approx(3 * 2.0 * 0.1 * 10.0)
     assert (found.contact_half_width_mm, found.extruded) == (10.0, True)
+    more = plates | {"stagger_mm": 1.0, "span_mm": 6.0}
+    again = summarise(Design(design={"name": "b"}, body=body | {"core": {}}, plates=more))
+    assert (again.body, *again.rows) == ("block, core", "3 along x, staggered, finite")

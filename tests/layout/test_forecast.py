@@ -53,8 +53,8 @@ def test_round_objects_and_edges_on_a_flat_top():
     assert deep < np.sqrt(2 * 8 * 0.1)
     along = SceneObject(shape="cylinder", radius_mm=8.0)
     assert 0.5 < contact_reach(BLOCK, along, 0.1)[0] < 2.0
-    tilted = SceneObject(tilt_deg=10.0)
-    assert contact_reach(BLOCK, tilted, 0.1)[0] == pytest.approx(0.1 / np.tan(np.radians(10)))
+    tilted = SceneObject(tilt_deg=10.0, turn_deg=60.0)
+    assert contact_reach(BLOCK, tilted, 0.1)[0] == pytest.approx(0.2 / np.tan(np.radians(10)))
 
 
 @pytest.mark.parametrize(
