@@ -51,8 +51,11 @@ def test_regular_prisms():
     nodes, cells = quadratic(both, corners, PRISM)
     nodes[[6, 9, 15], 0] += 0.1  # the middles of the edges along x, and of the face between
     assert least_jacobian_ratios(nodes, cells) == pytest.approx([0.6])
-    wedge = both + [0.0, 0.0, 1.0] * both[:, :1] * both[:, 2:]  # higher at one side
-    assert curved_cells(*quadratic(wedge, corners, PRISM)).all()
+    leaning = both + [0.0, 1.0, 0.0] * both[:, 2:]
+    assert cell_angles(leaning, corners)[0, [0, 3]] == pytest.approx([45.0, 135.0])
+    nodes, cells = quadratic(both + [0.0, 0.0, 1.0] * both[:, :1] * both[:, 2:], corners, PRISM)
+    nodes[15:] = nodes[np.array(PRISM.squares)].mean(axis=1)  # higher at one side, else straight
+    assert curved_cells(nodes, cells).all()
 
 
 def test_area_of_a_curved_triangle_converges_to_the_sphere():

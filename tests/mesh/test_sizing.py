@@ -44,7 +44,6 @@ def test_sizes_at_the_contact_beside_the_zone_and_far_away():
 @pytest.mark.parametrize(
     ("keys", "zone", "contact", "stretch"),
     [
-        ("plates.count = 0", Zone(4.0), 0.4, 2.0),
         ("plates.count = 0", Zone(1.5), 0.3, 2.0),
         ("plates.count = 0", Zone(4.0, 1.0), 0.2, 1.4),
         ("plates.count = 0", Zone(0.1), 0.132, 2.0),
