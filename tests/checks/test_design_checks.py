@@ -394,6 +394,7 @@ CHAMFER = {"edge": "chamfer", "base_height_mm": 5.0}
 CORED = {"shape": "revolved", "core": {"width_mm": 19.0, "depth_mm": 8.0}}
 BENT = {"follow": "bent", "angle_deg": 0.0, "count": 1, "length_mm": 10.0, "cover_mm": 15.0}
 SMALL_GAGE = {"length_mm": 0.2, "width_mm": 0.05}
+DEEP = {"height_mm": 11.6, "bottom_mm": 1.0}
 ROWED = {"rows": [{"cover_mm": 5.0, "length_mm": 1.0, "span_mm": 1.0}]}
 WIDE = {"hole_diameter_mm": 0.6, "hole_pitch_mm": 1.5}
 SHIFTED = {"count": 5, "span_mm": 4.0}
@@ -402,13 +403,16 @@ SLOW = {"actuator_lag_s": 6.0, "delay_samples": 50}
 # Of a fault: the design, the key to change, the last value that mends, and one just beyond.
 MENDS = [
     ({"body": {"arc_radius_mm": 9.0}}, "body.width_mm", 18.0, 18.002),
-    ({"body": {"core": {"height_mm": 12.6}}}, "body.core.height_mm", 12.173, 12.175),
+    ({"body": {"core": DEEP}}, "body.core.height_mm", 11.173, 11.175),
+    ({"plates": {"pitch_mm": 1.4}}, "plates.count", 14, 15),
+    ({"plates": WIDE | {"hole_diameter_mm": 1.9}}, "plates.hole_diameter_mm", 1.8, 1.802),
     ({"body": CORED}, "body.core.width_mm", 18.111, 18.113),
     ({"body": CHAMFER | {"edge_radius_mm": 9.99}}, "body.edge_radius_mm", 4.9, 4.902),
     ({"body": CHAMFER | {"edge_radius_mm": 9.0}}, "body.base_height_mm", 9.1, 9.098),
     ({"plates": {"length_mm": 0.39}}, "plates.thickness_mm", 0.097, 0.098),
     ({"body": {"base_height_mm": 20.0}, "plates": BENT}, "plates.cover_mm", 13.633, 13.635),
     ({"plates": WIDE, "gages": {"length_mm": 0.2}}, "plates.hole_pitch_mm", 1.6, 1.598),
+    ({"plates": ROWED, "gages": {"width_mm": 1.2}}, "plates.rows[0].span_mm", 1.2, 1.198),
     ({"plates": ROWED, "gages": {"length_mm": 1.5}}, "plates.rows[0].length_mm", 1.5, 1.498),
     ({"plates": {"span_mm": 4.0}, "gages": {"z_mm": 1.6}}, "gages.z_mm", 1.5, 1.502),
     ({"plates": SHIFTED | {"offset_mm": -8.0}}, "plates.offset_mm", -7.157, -7.159),

@@ -78,7 +78,6 @@ def test_a_value_that_is_given_stays_and_others_follow_it():
 
 
 def test_at_500_g_and_5_MPa_what_follows_is_near_the_tables_defaults():
-    """A step is a 150th of the travel, the preload a 20th, the shear 7.5 steps."""
     grip = follows()
     for key in ("preload_mm", "approach_step_mm", "shear_step_mm", "max_approach_mm"):
         assert getattr(grip, key) == pytest.approx(Grip.model_fields[key].default, rel=0.3)

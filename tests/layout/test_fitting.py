@@ -95,7 +95,6 @@ def test_a_gage_off_the_middle_and_holes_take_room(small):
 
 @pytest.mark.parametrize("own", [{"plates.cover_mm": 1}, {"plates.span_mm": 3, "gages.z_mm": -0.5}])
 def test_the_keys_that_take_a_gage_are_tried(small, own):
-    """Alone, or with the remedies of what follows: longer plates need more room."""
     design = with_values(small, own)
     fit = gage_fit(design)
     keys = gage_keys(design, fit)

@@ -135,7 +135,6 @@ WORK = {"seconds": 1.5, "core_seconds": 2.5, "peak_memory_MB": 3.5}
 
 
 def test_each_value_stands_under_its_own_heading():
-    """Every fact, trace and grip has a value of its own, in a table with a fuller row."""
     path = {k.name: (10.0 + n, 20.0 + n) for n, k in enumerate(fields(Traces)[:6])}
     traces = Traces(**path, gage_x_mm=(0.0,), gages=((7.0,), (8.0,)))
     forces = {"normal_force_N": (1.0, 2.0), "tangential_force_N": (3.0, 4.0)}

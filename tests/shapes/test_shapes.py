@@ -236,7 +236,6 @@ def test_a_tilted_plane_turned_by_a_quarter_falls_toward_z():
 
 
 def box_face(name, area, turn, away, sign=1.0):
-    """A square of 2 mm, outward up; turned, then moved by its middle's place."""
     start, end, *vectors = polygon(np.array([[-1.0, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]))
     border = Border(start @ turn + away, end @ turn + away, *(each @ turn for each in vectors))
     outward = np.array([0.0, 1.0, 0.0]) @ turn
