@@ -87,8 +87,8 @@ def test_at_500_g_and_5_MPa_what_follows_is_near_the_tables_defaults():
     assert parts == pytest.approx((grip.max_approach_mm,) * 2, rel=0.01)
     needed = lift_approach(parse_design(TEXT), 0.3, 2.0, 500.0)
     assert grip.max_approach_mm == pytest.approx(1.5 * needed, rel=0.01)
-    low = with_values(parse_design(TEXT), {"body.base_height_mm": 0.5, "plates.count": 0})
-    assert low.grip.max_approach_mm <= 0.5
+    low = follows(**{"body.base_height_mm": 0.5, "plates.count": 0, "grip.object_mass_g": 5e4})
+    assert low.max_approach_mm == 0.5
 
 
 def test_fixed_defaults_are_those_of_the_table():
