@@ -270,7 +270,8 @@ def test_a_former_key_is_read_under_its_present_name_with_a_note():
         assert parse_design(NAME + 'mesh.mesher = "extrude"').mesh.mesher == "sweep"
 
 
-def test_a_controllers_class_counts_by_the_content_of_its_file(tmp_path, importable):
+@pytest.mark.usefixtures("nothing_allowed", "importable")
+def test_a_controllers_class_counts_by_the_content_of_its_file(tmp_path):
     """A changed class is another hand: no answer of the former one may be taken for its own."""
     file = tmp_path / "hand_of_a_digest.py"
     text = 'class Hand:\n    name = "mine"\n'
