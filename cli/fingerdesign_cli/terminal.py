@@ -213,7 +213,7 @@ def say_block(view: VerdictView, folder: Path) -> None:
 
 
 def _verdict_lines(verdicts: Sequence[Verdict]) -> list[str]:
-    """A line for each verdict, its parts in columns as far as they fit."""
+    """A line for each verdict, its parts in columns where all of them fit."""
     judged = [each for each in verdicts if each.target]
     name = max((len(each.name) for each in verdicts), default=0)
     number = max((len(each.number) for each in judged), default=0)
@@ -221,7 +221,11 @@ def _verdict_lines(verdicts: Sequence[Verdict]) -> list[str]:
     lines = []
     for each in verdicts:
         cells = f"{each.number:{number}}  {each.target:{target}}  {each.count}"
-        lines.append(shortened(f"  {each.sign} {each.name:{name}}  {cells}".rstrip()))
+        line = f"  {each.sign} {each.name:{name}}  {cells}".rstrip()
+        if len(line) > WIDTH:
+            parts = each.name, each.number, each.target, each.count
+            line = f"  {each.sign} {'  '.join(part for part in parts if part)}"
+        lines.append(shortened(line))
     return lines
 
 

@@ -1,5 +1,6 @@
 """``fingerdesign view``: a design drawn, or a result in the terminal, and where its report is."""
 
+import shlex
 import textwrap
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -109,7 +110,10 @@ def _places(folder: Path) -> list[Path]:
     inside = sorted(folder.iterdir()) if folder.is_dir() else []
     if found := [each for each in inside if not each.name.startswith(".") and _known(each)]:
         return found
+    pages = [each for each in inside if each.suffix == ".html"]
     remedy = "give DIR/NAME of what was written, or the DIR that it got as --out"
+    if pages:  # of a search that has found no finger yet
+        remedy = f"{shlex.quote(str(pages[0]))} is a page: open it in a browser"
     bound = "a folder that a command wrote, or that holds such folders"
     raise DesignError([Fault("DIR", folder, bound, remedy)])
 

@@ -233,7 +233,13 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
         yield from _gage_fixes(result.measurability, str(result.parameters.get("plates.material")))
     if failing:
         here = "; the file is next to this page" if design_file == _ON_PAGE else ""
-        yield Fix(f"fingerdesign optimise {design_file}", f"searches one that passes{here}")
+        command = f"fingerdesign optimise {design_file}{_permission(result)}"
+        yield Fix(command, f"searches one that passes{here}")
+
+
+def _permission(result: Result) -> str:
+    """What a command needs that reads a design with a controller of the user's own."""
+    return " --allow-code" if ":" in str(result.parameters.get("grip.controller")) else ""
 
 
 def _share_fixes(result: Result) -> Iterator[Fix]:
@@ -344,15 +350,20 @@ def _force_fixes(result: Result, design_file: str) -> Iterator[Fix]:
     good = [each for each in result.grips if lifts(each)]
     if any(each.crushed for each in good):
         yield from _light_fixes(result, good)
-        command = f"fingerdesign study {design_file} --tune --out tuned"
+        command = f"fingerdesign study {design_file} --tune --out tuned{_permission(result)}"
         yield Fix(command, "tunes it, up to 40 min")
         return
     nearest = min(good, key=lambda each: each.safety_margin or math.inf)
     if nearest.safety_margin is not None:
         light = nearest.object_mass_g * nearest.safety_margin / HUMAN_MARGIN[0]
         bears = _too_light(result, light) <= _too_light(result)
-        if bears and (change := _masses(good, heaviest=light)):
+        if _keeps_forces(result) and bears and (change := _masses(good, heaviest=light)):
             yield Fix(change, _passes("grip force"), "Coulomb")
+
+
+def _keeps_forces(result: Result) -> bool:
+    """True where steps and preload do not follow the objects' masses, and forces with them."""
+    return bool(result.parameters.get("grip.defaults") != "follow")
 
 
 def _light_fixes(result: Result, good: Sequence[GripResult]) -> Iterator[Fix]:
@@ -365,7 +376,7 @@ def _light_fixes(result: Result, good: Sequence[GripResult]) -> Iterator[Fix]:
         yield Fix(f"grip.preload_mm = {two_digits(deep)}", bears)
     heavy = worst.object_mass_g * 1.1 * worst.peak_ratio / MOST_FORCE
     several = len({each.object_mass_g for each in good}) > 1
-    if several and (change := _masses(good, lightest=heavy)):
+    if _keeps_forces(result) and several and (change := _masses(good, lightest=heavy)):
         yield Fix(change, _passes("grip force"), "at this force")
 
 

@@ -190,12 +190,17 @@ def _stiffness(design: Design, type_: GageType) -> float:
 
 
 def stiffness_words(design: Design, fit: GageFit | None) -> str | None:
-    """The cost of gages that stiffen their plates; None where it is little."""
+    """The cost of gages that stiffen their plates, or that other gages are cast than are read; None
+    where it is little."""
+    cast = None if fit is None or fit.found is None else fit.found.name
+    if cast is not None and design.gages.kind not in (None, cast):
+        read = f"gages: gages.kind = '{design.gages.kind}' is read"
+        return f"{read}, but mold.gage = '{cast}' is cast; remove one of the two lines"
     added = gage_stiffness(design, fit)
     if added <= _STIFFENS or fit is None or fit.found is None:
         return None
     name = fit.found.name
-    kind = "" if design.gages.kind == name else f" with gages.kind = '{name}'"
+    kind = f" with gages.kind = '{name}'" if design.gages.kind is None else ""
     return (
         f"gages: {name} adds up to {added:.0%} to a plate's stiffness where it lies; plane strain "
         f"leaves that out and so reads up to as much too much; 3-D{kind} has it"

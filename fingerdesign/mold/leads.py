@@ -16,6 +16,7 @@ from fingerdesign.analysis.fidelity.models import Solved, solve
 from fingerdesign.analysis.fidelity.readings import errors
 from fingerdesign.analysis.fidelity.rungs import rung
 from fingerdesign.analysis.stages import zone_of
+from fingerdesign.analysis.verdicts import two_digits
 from fingerdesign.design.leads import Leads
 from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import GageType
@@ -113,9 +114,10 @@ def _measured(design: Design, leads: Leads, type_: GageType | None) -> Effect:
             if left <= MOST:
                 found["fixes"].append({"lines": lines, "reading_error": left})
     times = f"{_sizes(design, leads)['over_plate']:.2g} times"
+    reading, force = (f"{two_digits(100.0 * each)} %" for each in (worst, forces))
     sentence = (
-        f"{lead_words(design, leads)} change a reading by up to {100.0 * worst:.2g} % of the "
-        f"largest, a force by up to {100.0 * forces:.2g} %; they are {times} as stiff as a plate."
+        f"{lead_words(design, leads)} change a reading by up to {reading} of the largest, a force "
+        f"by up to {force}; they are {times} as stiff as a plate."
     )
     return found | {"sentences": [sentence[:1].upper() + sentence[1:]]}
 

@@ -10,6 +10,7 @@ from fingerdesign.mold import tables
 from fingerdesign.mold.base_plan import plan_svg, plan_words
 from fingerdesign.mold.leads import MOST
 from fingerdesign.mold.products.hours import hours_words
+from fingerdesign.mold.products.notes import percent
 from fingerdesign.mold.ready import MOST_ERROR
 from fingerdesign.mold.record import MoldData
 from fingerdesign.records.verdict import Fix, Status, Verdict, VerdictView
@@ -107,7 +108,7 @@ def _effect(name: str, error: float | None, most: float) -> Iterator[Verdict]:
     """The change of a reading by a cause, where it is known."""
     if error is not None:
         status: Status = "fail" if error > most else "pass"
-        number = f"a reading changes by up to {100 * error:.2g} %"
+        number = f"a reading changes by up to {percent(error)}"
         yield Verdict(status, name, number, f"target ≤ {100 * most:.0f} %")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from fingerdesign.analysis.verdicts import FIDELITY_WORDS, two_digits
 from fingerdesign.records.verdict import Verdict, VerdictView
 from fingerdesign.report import style
-from fingerdesign.report.page import Page, Section, Text, caption_drawing, page_html
+from fingerdesign.report.page import Bullets, Page, Section, Text, caption_drawing, page_html
 from fingerdesign.report.table import Table
 from fingerdesign.tolerance.record import RowData, SourceData, ToleranceData
 
@@ -38,7 +38,7 @@ def view_of(found: ToleranceData) -> VerdictView:
     warnings = [text] if worst > _KINK else []
     if found.other_model:
         keys = " and ".join(found.other_model)
-        warnings.append(f"not as in the design ({keys}): plates are solid, elements quadratic")
+        warnings.append(f"plates are solid, elements quadratic; not as designed ({keys})")
     return VerdictView(
         found.design,
         FIDELITY_WORDS[found.fidelity],
@@ -130,15 +130,17 @@ def tolerance_html(found: ToleranceData) -> str:
     with style.house_style():
         chart = caption_drawing(_chart(found), _WORDS, "shares", sources=found.sources)
     versions = ", ".join(f"{name} {each}" for name, each in found.versions.items())
-    title = f"{found.design}: tolerances"
+    title, view = f"{found.design}: tolerances", view_of(found)
+    warnings = [Bullets(view.warnings, "warnings")] if view.warnings else []
     return page_html(
         Page(
             title=title,
             heading=title,
             lead=f"scene {found.scene} · {FIDELITY_WORDS[found.fidelity]} · {found.seconds:.0f} s",
             first=chart,
-            view=view_of(found),
+            view=view,
             sections=[
+                *(Section("warnings", "Warnings", [each]) for each in warnings),
                 Section("spread", "Spread", [_rows(found.rows), Text(_MODEL)]),
                 Section("causes", "Causes", [_causes(found.sources), _gages(found)]),
             ],

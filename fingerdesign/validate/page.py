@@ -197,6 +197,7 @@ def validate_html(of: Validation) -> str:
     errors = [*(_errors_table(rows, side) for side in SIDES), _cost_table(rows)]
     note, files, finite = (Text(PAGE[each], "quiet") for each in ("dash", "files", "finite"))
     versions = ", ".join(f"{name} {each}" for name, each in of.versions.items())
+    tried = any(row.assumption == "small_strain" for row in rows)
     digest = Text(f"Digest {of.digest}. Versions: {versions or 'not recorded'}.")
     return page_html(
         Page(
@@ -209,7 +210,7 @@ def validate_html(of: Validation) -> str:
                 Section("advice", "Advice", [advice, Text(PAGE["rule"].format(**thresholds))]),
                 Section("errors", "Numbers", [*errors, note]),
             ],
-            record=[digest, files, *([] if of.deep else [finite])],
+            record=[digest, files, *([finite] if tried and not of.deep else [])],
         )
     )
 

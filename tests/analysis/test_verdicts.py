@@ -108,6 +108,9 @@ def test_a_range_of_masses_begins_where_the_lightest_bears_the_force(result):
     fixes = verdict_view(replace(result, grips=tuple(grips), measurability=None)).fixes
     changes = [each.change for each in fixes if "object_mass_g" in each.change]
     assert changes == ["grip.object_mass_g = [110, 500]"]
+    follows = result.parameters | {"grip.defaults": "follow"}
+    following = replace(result, grips=tuple(grips), measurability=None, parameters=follows)
+    assert not any("mass" in each.change for each in verdict_view(following).fixes)
 
 
 def test_more_steps_name_the_force_that_still_rises(result):
@@ -187,3 +190,11 @@ def test_the_area_share_is_chosen_at_the_worst_friction():
     assert best_area_share((easy, hard)) == pytest.approx((0.6, 0.05))
     assert best_area_share((easy,)) == pytest.approx((0.4, -0.19))
     assert best_area_share(()) is None
+
+
+def test_commands_permit_a_controller_of_ones_own(result):
+    own = result.parameters | {"grip.controller": "steady:Steady"}
+    for parameters, end in ((result.parameters, ".toml"), (own, ".toml --allow-code")):
+        failed = replace(failing(result, 0.2), parameters=parameters)
+        *_, last = verdict_view(failed, "mine.toml").fixes
+        assert last.change.endswith(end)

@@ -9,11 +9,13 @@ import pytest
 from click.shell_completion import BashComplete
 from fingerdesign_cli.main import cli
 from fingerdesign_cli.options import SHELVES
+from fingerdesign_cli.terminal import _verdict_lines
 
 from fingerdesign.analysis.page.section import enlarged_shapes
 from fingerdesign.checks.load import load_design
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.layout.row_keys import plate_rows
+from fingerdesign.records.verdict import Verdict
 
 
 def leaves(group, name=""):
@@ -117,6 +119,15 @@ def test_check_names_faults_of_studies_and_scenes_together(tmp_path, terminal):
         assert words in reported
     (sound,) = json.loads(terminal("check", "fingers", "--json").out)
     assert (sound["kind"], sound["variants"], sound["sound"]) == ("study", 200, True)
+
+
+def test_a_long_name_takes_no_room_from_the_count():
+    friction, stick = "friction μ 0.25 0.5 0.9", "smallest stick change seen 0.059"
+    lifts = Verdict("pass", "lifts 150–400 g", friction, "no gross slip", "9 of 9 lifts")
+    gages = Verdict("fail", "gage signal", stick, "target ≤ 0.10", "at 150 g")
+    lines = _verdict_lines((lifts, gages))
+    assert all(len(line) <= 80 and "..." not in line for line in lines)
+    assert lines[0].endswith("no gross slip  9 of 9 lifts")
 
 
 # The record that a command writes, as short as it can be.

@@ -137,6 +137,8 @@ def test_gages_stiffen_their_plates(small):
     assert "3-D with gages.kind = 'silicon_bar_05' has it" in stiffness_words(own, gage_fit(bars))
     film = with_values(small, {"mold.gage": "sputtered_film"})
     assert stiffness_words(film, gage_fit(film)) is None
+    both = with_values(film, {"gages.kind": "silicon_bar_05"})
+    assert "'sputtered_film' is cast" in stiffness_words(both, gage_fit(both))
 
 
 def test_unknown_kinds_are_refused():

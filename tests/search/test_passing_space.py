@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fingerdesign_bench.any_finger.step_samples import sample_step
 
-from fingerdesign.checks.load import load_design, parse_design
+from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.errors import DesignError
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.passing import (
@@ -17,6 +17,12 @@ from fingerdesign.search.passing.space import space_of
 from fingerdesign.search.study.values import Range
 from fingerdesign.search.study.variants import variant_of
 from tests.support.passing import outcome
+
+
+def test_a_bonded_gage_gives_way_to_the_film_that_is_cast():
+    foil = with_values(load_design("narrow"), {"gages.kind": "etched_constantan"})
+    assert space_of(foil, Freedom()).base.gages.kind is None
+    assert space_of(foil, Freedom(keep=("gages.kind",))).base.gages.kind == "etched_constantan"
 
 
 @pytest.mark.parametrize(

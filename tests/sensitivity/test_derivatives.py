@@ -21,6 +21,7 @@ from fingerdesign.sensitivity.variant import parameters_of
 from fingerdesign.shapes.objects import Plane
 from tests.support.any_fingers import Finger, any_finger
 from tests.support.derivatives import errors_of, solved
+from tests.support.pages import run_python
 from tests.support.reduced import bump
 
 # Plates as soft as 50 MPa: of metal ones the condensation rounds to some 1e-10 of the stiffness of
@@ -237,3 +238,9 @@ def test_half_of_a_swept_finger_agrees():
     errors, _, _ = errors_of(finger, ["object.friction_coefficient", RUBBER, METAL])
     assert errors
     assert max(error for _, _, error in errors) < 1e-6
+
+
+@pytest.mark.slow
+def test_the_pages_python_runs(capsys):
+    run_python("explanation/sensitivity.md")
+    assert len(capsys.readouterr().out.strip("[] \n").split()) == 3

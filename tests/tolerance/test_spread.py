@@ -123,7 +123,7 @@ def test_what_is_modelled_otherwise_is_a_warning():
     assert list(left_out(sheets)) == ["plates.model = 'sheet'", "mesh.element = 'P2'"]
     assert not list(left_out(load_design("maeno2000")))
     view = view_of(replace(record(), other_model=("plates.model = 'sheet'",)))
-    assert "not as in the design (plates.model = 'sheet')" in " ".join(view.warnings)
+    assert "not as designed (plates.model = 'sheet')" in " ".join(view.warnings)
     assert not view_of(record()).warnings
 
 

@@ -79,8 +79,9 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
             if sampled:
                 panels[-1].set_ylabel("gage area (mm)")
     grips = "; ".join(
-        f"μ {trace.friction_coefficient:g}: the {trace.controller} controller holds "
-        f"{len(trace.hold_starts)} times, for {trace.hold.sum()} of {len(trace.hold)} steps"
+        f"{trace.object_mass_g:g} g, μ {trace.friction_coefficient:g}: the {trace.controller} "
+        f"controller holds {len(trace.hold_starts)} times, for {trace.hold.sum()} of the "
+        f"{len(trace.hold)} steps from first contact on"
         for trace in traces
     )
     return caption_drawing(figure, FIGURES, "rule", grips=grips)

@@ -30,6 +30,7 @@ _FINE = 241  # Points of an outline.
 _WIDTH = 560.0  # Of an SVG, in its own units.
 _GAGE_LIFT = 0.0025  # Of the drawing's width: half of a gage's line, which lies on its plate.
 _ROOM = 0.16  # Of the finger's size: between it and a dimension line.
+_LETTER = 6.5  # Width of a letter in the page, in units of its view.
 
 _TITLE: dict[str, Any] = {"fontsize": 9.0, "fontweight": "bold"}  # As of every other figure.
 
@@ -267,6 +268,9 @@ def section_svg(
             x, y = 0.5 * (shape.points[0] + shape.points[-1])
             x, y = (x - low[0] + margin) * scale, (high[1] + margin - y) * scale
             at = f'transform="translate({x:.1f} {y:.1f}) rotate({-shape.turn_deg:.0f})"'
+            if shape.look == "arrow":  # Letters hide the line behind them, a blank does not.
+                wide = _LETTER * len(shape.text)
+                yield f'<rect {at} x="{-0.5 * wide:.0f}" y="-6" width="{wide:.0f}" height="12"/>'
             yield f'<text {at} dy="0.35em">{html.escape(shape.text)}</text>'
 
     inside = "".join(part for shape in shapes for part in element(shape))

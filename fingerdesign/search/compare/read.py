@@ -166,7 +166,8 @@ def _with_missing(own: Outcome, made: Outcome) -> Outcome:
     if made.failure is not None:
         return replace(own, warnings=(*own.warnings, f"not completed: {made.failure.sentence}"))
     validity = own.validity if own.validity != Validity() else made.validity
-    names = ", ".join(sorted(made.metrics.keys() - own.metrics.keys()))
+    lacking = made.metrics.keys() - own.metrics.keys()
+    names = ", ".join(sorted(key for key in lacking if made.metrics[key] is not None))
     worked = f"{names} were computed with the mesh of a study's analyses"
     warnings = tuple(dict.fromkeys((*own.warnings, worked)))
     metrics = made.metrics | own.metrics

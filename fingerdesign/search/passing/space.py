@@ -255,6 +255,7 @@ def _fixed(design: Design, freedom: Freedom) -> dict[str, object]:
         # their legs.
         "mold.gage": film.gage,
         "mold.leads": film.leads,
+        "gages.kind": design.gages.kind if design.gages.kind == film.gage else None,
     }
     own = MATERIALS[_FILMS[0]]
     if freedom.allows("plates.material"):
