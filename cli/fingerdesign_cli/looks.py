@@ -274,7 +274,8 @@ def _variants(data: _Data, folder: Path) -> Look:
 @_look("quality.json", "mesh.png")
 def _mesh(data: _Data, _: Path) -> Look:
     angle, inverted = data["min_dihedral_deg"], data["inverted_elements"]
-    words = f"least dihedral angle {angle:.1f} degrees, {inverted} inverted elements"
+    kind = "angle" if data["dimension"] == 2 else "dihedral angle"
+    words = f"least {kind} {angle:.1f} degrees, {inverted} inverted elements"
     sound = inverted == 0 and (data["dimension"] == 2 or angle >= LEAST_ANGLE_DEG)
     what = f"mesh by {data['mesher']}: {data['elements']} elements, {data['dofs']} equations"
     facts = [f"body's volume off by {data['body_volume_error']:.1e}"]

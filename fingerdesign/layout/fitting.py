@@ -17,6 +17,7 @@ _ROUNDING_MM = 1e-9
 # model are another gage's. Strain along a plate falls to nothing at its ends, so a third is much.
 _ALIKE = 1.33
 _STIFFENS = 0.05  # of the plate's own stiffness: as much as leads may change a reading
+_STIFFEST = 1.0  # of the plate: a bar that is stiffer than it is no remedy
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ def gage_fit(design: Design) -> GageFit | None:
             for each in sorted(
                 fitting, key=lambda each: (each.kind not in kinds, sum(_apart(design, each)))
             )
-            if each.kind in (*_kinds(design), "bar", "film")
+            if each.kind in (*_kinds(design), "film")
+            or (each.kind == "bar" and _stiffness(design, each) <= _STIFFEST)
         ),
     )
 
@@ -212,8 +214,12 @@ def _change(design: Design, fit: GageFit) -> str:
     changes = []
     if fit.length > fit.room[0]:
         changes.append(f"plates.length_mm = {fit.length:g}")
-    if fit.width > fit.room[1]:
-        changes.append(f"plates.span_mm = {fit.width + 2.0 * abs(design.gages.z_mm):g}")
+    wide = fit.width + 2.0 * abs(design.gages.z_mm)
+    if wide > min(frame.span for frame in plate_frames(design)):
+        changes.append(f"plates.span_mm = {wide:g}")
+    if fit.width > fit.room[1] and design.plates.hole_diameter_mm:
+        pitch = fit.width + design.plates.hole_diameter_mm
+        changes.append(f"plates.hole_pitch_mm = {pitch:g}")
     assert fit.nearest is not None
     radii = [f.bend_radius for f in plate_frames(design) if f.bend_radius is not None]
     if min(radii, default=math.inf) < fit.nearest.bend_mm:
