@@ -113,7 +113,9 @@ def _effect(name: str, error: float | None, most: float) -> Iterator[Verdict]:
 
 
 def _fixes(data: MoldData) -> tuple[Fix, ...]:
-    return tuple(Fix(line, "ready as a sensor, with the others") for line in data["sensor"]["fix"])
+    lines = data["sensor"]["fix"]
+    effect = "mends what is named" if len(lines) == 1 else "all of them mend what is named"
+    return tuple(Fix(line, effect) for line in lines)
 
 
 def _bolts(data: MoldData) -> int:

@@ -20,7 +20,7 @@ from fingerdesign.mold.leads import MOST
 from fingerdesign.mold.placement import placement_effect
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.notes import placement_worst
+from fingerdesign.mold.products.notes import percent, placement_worst
 
 # Of the largest reading: beyond it a gage's reading says less than a fifth more about the object
 # than about where its plate came to stand, and no calibration of one gage mends its neighbours.
@@ -168,7 +168,7 @@ def _placed(placement: Mapping[str, Any] | None) -> Iterator[Reason]:
     if error > MOST_ERROR:
         lines = _first(placement)
         yield (
-            f"plates off their places change a reading by up to {100.0 * error:.0f} % of the "
+            f"plates off their places change a reading by up to {percent(error)} of the "
             f"largest; {100.0 * MOST_ERROR:.0f} % are allowed{'' if lines else _NO_FINER}",
             lines,
         )
