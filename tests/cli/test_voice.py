@@ -12,6 +12,7 @@ from fingerdesign_cli.options import SHELVES
 from fingerdesign_cli.terminal import _verdict_lines
 
 from fingerdesign.analysis.page.section import enlarged_shapes
+from fingerdesign.analysis.page.sketch import facts
 from fingerdesign.checks.load import load_design
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.layout.row_keys import plate_rows
@@ -119,6 +120,11 @@ def test_check_names_faults_of_studies_and_scenes_together(tmp_path, terminal):
         assert words in reported
     (sound,) = json.loads(terminal("check", "fingers", "--json").out)
     assert (sound["kind"], sound["variants"], sound["sound"]) == ("study", 200, True)
+
+
+def test_the_drawing_names_what_its_lines_do_not_show():
+    own = "bent with the surface, every second one 2 aside, holes 0.6 every 2"
+    assert own in " ".join(facts(load_design("boned")))
 
 
 def test_a_long_name_takes_no_room_from_the_count():

@@ -15,6 +15,7 @@ from fingerdesign.analysis.page.section import (
     enlarged_shapes,
     section_shapes,
 )
+from fingerdesign.design.plates import Plates
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.row_keys import plate_rows
 from fingerdesign.report import style
@@ -59,6 +60,16 @@ def _views(design: Design) -> list[Shape]:
     return [*views[0], *moved, *titles]
 
 
+def _extras(table: Plates) -> str:
+    """Holes, places and models of a row that differ from those of plain plates."""
+    found = [] if table.follow == "level" else [f"{table.follow} with the surface"]
+    if table.stagger_mm:
+        found.append(f"every second one {table.stagger_mm:g} aside")
+    if table.hole_diameter_mm is not None:
+        found.append(f"holes {table.hole_diameter_mm:g} every {table.hole_pitch_mm:g}")
+    return ", ".join(found)
+
+
 def facts(design: Design) -> list[str]:
     """The materials, counts and sizes that no dimension line shows, a line each."""
     body, found = design.body, []
@@ -82,6 +93,8 @@ def facts(design: Design) -> list[str]:
         placed = "placed one by one" if row.placed else f"pitch {table.pitch_mm:g}"
         placed += "" if row.placed else f", cover {table.cover_mm:g}"
         found.append(f"    span {shown}, {placed}")
+        if extra := _extras(table):
+            found.append(f"    {extra}")
     if plate_rows(design):
         gages = design.gages
         faces = "both faces" if gages.face == "both" else f"the {gages.face} face"
