@@ -20,6 +20,7 @@ from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.records.statistics import share_of
 from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.sensing.train.result import finger_key
+from fingerdesign.trials import bench as bench_module
 from fingerdesign.trials.bench import failed_grip, tuned_grip
 from fingerdesign.trials.grid import (
     FRICTIONS,
@@ -420,3 +421,22 @@ def test_processes_and_interruptions_change_nothing(bench, tmp_path):
     assert len(made) == len(set(made)) == len(list(GRID.batches(names)))
     two = all_trials(bench, tmp_path / "two", names, workers=2)
     assert {each.cell: each for each in one} == {each.cell: each for each in two}
+
+
+def test_a_cell_is_lifted_by_all_that_the_bench_and_the_cell_say(bench, softer, calls_of):
+    lifts, noises = calls_of(bench_module, "LiftPlant"), []
+    noisy = bench.grip.hardware.model_copy(update={"gage_noise_microvolt_per_V": 9.0})
+    settings = {"kinetic_share": 0.8, "hardware": noisy, "relaxation_per_minute": 0.1}
+    estimator = SimpleNamespace(at_noise=noises.append)
+    own = replace(bench, grip=bench.grip.model_copy(update=settings), face="upper")
+    own = replace(own, gripping=softer, opposite=bench.problem, estimator=estimator)
+    cell = Cell("oracle_1.5", 0.4, 150.0, 0.25)
+    own.episode(cell)
+    problem, face, mass, other, pulls, timed, kinetic = lifts[0][0]
+    assert problem.model is softer.model
+    assert other.model is bench.problem.model
+    assert (problem.law.coefficient, other.law.coefficient) == (0.4, 0.4)
+    assert (face, mass, kinetic, timed.relaxation.share) == ("upper", 150.0, 0.8, 0.1)
+    assert (len(pulls) > 0, noises) == (True, [0.25])
+    hardware = own._noisy(0.25)
+    assert (hardware.gage_noise_microstrain, hardware.gage_noise_microvolt_per_V) == (0.25, 0.0)
