@@ -1,0 +1,115 @@
+"""What options mean together, and what progress and rows show, without any work."""
+
+import time
+from contextlib import suppress
+from types import SimpleNamespace
+
+import click
+import pytest
+from fingerdesign_cli import analyse, options, sensing, trials
+from fingerdesign_cli.commands import finger
+from fingerdesign_cli.studies.progress import StudyProgress
+from fingerdesign_cli.terminal import _Pace, part_of
+
+from fingerdesign import load_design
+from fingerdesign.errors import DesignError
+from fingerdesign.search.run.run import Standing
+from fingerdesign.trials.grid import SEALED_SEED, ControlGrid, Perturbed
+from tests.support.any_outcomes import any_outcomes
+from tests.support.grips import grip
+
+
+def test_a_bar_goes_on_between_reports_and_waits_for_what_is_late():
+    now, shown = time.monotonic(), []
+    for since, expected in ((5.0, (0.6, 5.0)), (100.0, (0.96, 1.0))):
+        pace = _Pace(0.2, 10.0, begun=now - 50.0, reported=now - since)
+        assert pace.now() == pytest.approx(expected, abs=0.01)
+        pace.report(0.3, 10.0)
+        assert pace.now()[0] == pytest.approx(expected[0], abs=0.01)  # not set back
+    by_pace = _Pace(0.25, None, begun=now - 30.0, reported=now - 10.0)
+    assert by_pace.now() == pytest.approx((0.25, 50.0), abs=0.1)
+    assert _Pace(0.04, None, begun=now - 30.0).now() == (0.04, None)  # too early to tell
+    for done, count in ((1, 4), (0, 1)):
+        part_of(lambda *told: shown.append(told), done, count)("solving", 0.5, 9.0)
+    assert shown == [("solving", 0.375, None), ("solving", 0.5, 9.0)]
+
+
+def test_limits_stand_behind_a_command_too_and_not_behind_two_dashes(calls_of, terminal):
+    limited = calls_of(options, "limited")
+    terminal("list", "--time-limit", "70", "--memory-limit=99999", "--debug", "designs")
+    assert [given for given, _ in limited] == [(70.0,), ()]
+    terminal("list", "--", "--debug", code=2)
+
+
+@pytest.mark.parametrize(
+    ("given", "accuracy", "found"),
+    [((), None, "3d"), ((), 0.05, "auto"), (("--fidelity=auto",), 0.05, "auto")],
+)
+def test_an_accuracy_takes_the_model_that_reaches_it(given, accuracy, found):
+    with finger.analyse.make_context("analyse", ["maeno2000", *given]) as context:
+        run = analyse.Run(None, context.params["fidelity"], accuracy, "sweep", True)
+        case = run.case(load_design("maeno2000"), None)
+    assert (case.fidelity, case.tolerance) == (found, accuracy or analyse.TOLERANCE)
+    assert (case.go_on, case.design.mesh.mesher, case.mesh_error) == (True, "sweep", True)
+
+
+def test_a_row_of_grips_says_how_it_ended_and_what_was_warned_of():
+    cases = {"lifted": {}, "slips": {"gross_slip": True}, "not lifted": {"lifted": False}}
+    cases["caught"] = {"caught": True, "gross_slip": True}
+    assert [analyse._row(grip(**each))[2] for each in cases.values()] == [*cases]
+    numbers = {"holds": 4, "stick_error": 0.1234, "lead_s": 0.15, "lead_force_share": 0.9}
+    row = analyse._row(grip(**numbers, alarms=3, false_alarms=1))
+    shown = "0.15 s before, 90 % F_t; 1 of 3 false"
+    assert row == ["100", "0.3", "lifted", "2.00", "1.30", "0.50", "4", "0.123", shown]
+
+
+def axes(**given):
+    none = dict.fromkeys(("sealed", "quick", "no_tug", "perturbed"), False)
+    none |= dict.fromkeys(("frictions", "masses", "noises", "faults"), ())
+    return trials.Axes(**none | {"seed": 0, "plants": None, "lifts": None} | given)
+
+
+def test_the_axes_of_a_study_are_the_options_else_as_usual():
+    own = axes(frictions=(0.3, 0.4), masses=(100.0,), noises=(1.0,), seed=7).grid()
+    assert (own.frictions, own.masses_g, own.noises, own.seed) == ((0.3, 0.4), (100.0,), (1.0,), 7)
+    assert (own.tug, axes(no_tug=True).grid().tug) == (ControlGrid().tug, None)
+    assert axes(quick=True).grid() == ControlGrid.quick()
+    assert {axes(sealed=True, perturbed=k).grid().seed for k in (0, 1)} == {SEALED_SEED}
+    drawn = axes(perturbed=True, faults=("tilt",), lifts=3, seed=5, quick=True).grid()
+    assert (drawn.perturbed, drawn.seed) == (Perturbed(("tilt",), plants=4, lifts=3), 5)
+    wrong = {"faults": ("tilt",)}, {"plants": 2}, {"lifts": 3}, {"sealed": True, "seed": 1}
+    for each in wrong:
+        with pytest.raises(DesignError):
+            axes(**each).grid()
+
+
+@pytest.mark.parametrize(
+    ("option", "takers"),
+    [
+        ({"fidelity": "3d"}, {"fmu-plant"}),
+        ({"flex_mm": 1.0}, {"mjcf"}),
+        ({"densities": (("x", 1.0),)}, {"mjcf", "urdf"}),
+        ({"noise": 0.5}, {"c", "fmu"}),
+        ({}, {"c", "fmu"}),  # an estimator
+    ],
+)
+def test_targets_take_their_own_options_alone(option, takers):
+    none, taken = {"noise": None, "densities": (), "fidelity": None, "flex_mm": None}, set()
+    for to in ("c", "fmu", "fmu-plant", "mjcf", "urdf"):
+        with suppress(click.UsageError):
+            sensing._refuse_target(sensing.Target(to=to, **none | option), not option)
+            taken.add(to)
+    assert taken == takers
+
+
+def test_a_study_tells_how_far_it_is_and_its_first_failures(capsys):
+    (failed,) = any_outcomes(1, failed=1.0)
+    shown, cluster = [], SimpleNamespace(dashboard="http://here")
+    look = StudyProgress(lambda *told: shown.append(told), cluster)
+    for done in range(1, 6):
+        look(Standing(done, 5, 1, 0, 0, 8.0, left=200.0, threads=2, outcome=failed))
+    first, *others = capsys.readouterr().err.splitlines()
+    assert (first, len(others)) == ("Dask dashboard: http://here", 3)
+    assert ["further" in each for each in others] == [False, False, True]
+    assert shown[0] == ("1 of 5, 1 failed, 3 min left", 0.2)
+    assert shown[-1] == ("5 of 5, 1 failed", 1.0)
