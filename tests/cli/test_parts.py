@@ -2,20 +2,16 @@
 
 import time
 from contextlib import suppress
-from types import SimpleNamespace
 
 import click
 import pytest
 from fingerdesign_cli import analyse, options, sensing, trials
 from fingerdesign_cli.commands import finger
-from fingerdesign_cli.studies.progress import StudyProgress
 from fingerdesign_cli.terminal import _Pace, part_of
 
 from fingerdesign import load_design
 from fingerdesign.errors import DesignError
-from fingerdesign.search.run.run import Standing
 from fingerdesign.trials.grid import SEALED_SEED, ControlGrid, Perturbed
-from tests.support.any_outcomes import any_outcomes
 from tests.support.grips import grip
 
 
@@ -36,21 +32,23 @@ def test_a_bar_goes_on_between_reports_and_waits_for_what_is_late():
 
 def test_limits_stand_behind_a_command_too_and_not_behind_two_dashes(calls_of, terminal):
     limited = calls_of(options, "limited")
-    terminal("list", "--time-limit", "70", "--memory-limit=99999", "--debug", "designs")
+    terminal("list", "--time-limit", "70", "--debug", "designs", "--memory-limit=99999", "gages")
     assert [given for given, _ in limited] == [(70.0,), ()]
     terminal("list", "--", "--debug", code=2)
 
 
-@pytest.mark.parametrize(
-    ("given", "accuracy", "found"),
-    [((), None, "3d"), ((), 0.05, "auto"), (("--fidelity=auto",), 0.05, "auto")],
-)
-def test_an_accuracy_takes_the_model_that_reaches_it(given, accuracy, found):
-    with finger.analyse.make_context("analyse", ["maeno2000", *given]) as context:
-        run = analyse.Run(None, context.params["fidelity"], accuracy, "sweep", True)
-        case = run.case(load_design("maeno2000"), None)
-    assert (case.fidelity, case.tolerance) == (found, accuracy or analyse.TOLERANCE)
-    assert (case.go_on, case.design.mesh.mesher, case.mesh_error) == (True, "sweep", True)
+def test_an_accuracy_takes_the_model_that_reaches_it():
+    given = [([], None, "3d"), ([], 0.05, "auto"), (["--fidelity=auto"], 0.05, "auto")]
+    for words, accuracy, found in (*given, (["--fidelity=3d"], 0.05, None)):
+        with finger.analyse.make_context("analyse", ["maeno2000", *words]) as context:
+            run = analyse.Run(None, context.params["fidelity"], accuracy, "sweep", True)
+            if found is None:
+                with pytest.raises(click.UsageError, match="--accuracy"):
+                    run.model()
+                continue
+            case = run.case(load_design("maeno2000"), None)
+        assert (case.fidelity, case.tolerance) == (found, accuracy or analyse.TOLERANCE)
+        assert (case.go_on, case.design.mesh.mesher, case.mesh_error) == (True, "sweep", True)
 
 
 def test_a_row_of_grips_says_how_it_ended_and_what_was_warned_of():
@@ -83,33 +81,13 @@ def test_the_axes_of_a_study_are_the_options_else_as_usual():
             axes(**each).grid()
 
 
-@pytest.mark.parametrize(
-    ("option", "takers"),
-    [
-        ({"fidelity": "3d"}, {"fmu-plant"}),
-        ({"flex_mm": 1.0}, {"mjcf"}),
-        ({"densities": (("x", 1.0),)}, {"mjcf", "urdf"}),
-        ({"noise": 0.5}, {"c", "fmu"}),
-        ({}, {"c", "fmu"}),  # an estimator
-    ],
-)
-def test_targets_take_their_own_options_alone(option, takers):
-    none, taken = {"noise": None, "densities": (), "fidelity": None, "flex_mm": None}, set()
-    for to in ("c", "fmu", "fmu-plant", "mjcf", "urdf"):
-        with suppress(click.UsageError):
-            sensing._refuse_target(sensing.Target(to=to, **none | option), not option)
-            taken.add(to)
-    assert taken == takers
-
-
-def test_a_study_tells_how_far_it_is_and_its_first_failures(capsys):
-    (failed,) = any_outcomes(1, failed=1.0)
-    shown, cluster = [], SimpleNamespace(dashboard="http://here")
-    look = StudyProgress(lambda *told: shown.append(told), cluster)
-    for done in range(1, 6):
-        look(Standing(done, 5, 1, 0, 0, 8.0, left=200.0, threads=2, outcome=failed))
-    first, *others = capsys.readouterr().err.splitlines()
-    assert (first, len(others)) == ("Dask dashboard: http://here", 3)
-    assert ["further" in each for each in others] == [False, False, True]
-    assert shown[0] == ("1 of 5, 1 failed, 3 min left", 0.2)
-    assert shown[-1] == ("5 of 5, 1 failed", 1.0)
+def test_targets_take_their_own_options_alone():
+    cases = [({"fidelity": "3d"}, {"fmu-plant"}), ({"flex_mm": 1.0}, {"mjcf"})]
+    cases += [({"densities": (("x", 1.0),)}, {"mjcf", "urdf"}), ({"noise": 0.5}, {"c", "fmu"})]
+    for option, takers in (*cases, ({}, {"c", "fmu"})):  # the last: an estimator
+        none, taken = {"noise": None, "densities": (), "fidelity": None, "flex_mm": None}, set()
+        for to in ("c", "fmu", "fmu-plant", "mjcf", "urdf"):
+            with suppress(click.UsageError):
+                sensing._refuse_target(sensing.Target(to=to, **none | option), not option)
+                taken.add(to)
+        assert taken == takers
