@@ -430,8 +430,7 @@ def test_a_cell_is_lifted_by_all_that_the_bench_and_the_cell_say(bench, softer, 
     estimator = SimpleNamespace(at_noise=noises.append)
     own = replace(bench, grip=bench.grip.model_copy(update=settings), face="upper")
     own = replace(own, gripping=softer, opposite=bench.problem, estimator=estimator)
-    cell = Cell("oracle_1.5", 0.4, 150.0, 0.25)
-    own.episode(cell)
+    own.episode(Cell("oracle_1.5", 0.4, 150.0, 0.25))
     problem, face, mass, other, pulls, timed, kinetic = lifts[0][0]
     assert problem.model is softer.model
     assert other.model is bench.problem.model

@@ -270,13 +270,9 @@ def test_hands_of_the_docs_lift(gymnasium, capsys):
 def test_lifts_are_of_the_designs_own_face_other_finger_and_noise(made, softer, calls_of):
     lifts, hardware = calls_of(LiftPlant, "of"), calls_of(module, "ImperfectPlant")
     values = {"gages.face": "upper", "grip.hardware.gage_noise_microvolt_per_V": 9.0}
-    environment = made(values | {"grip.hold_steps": 3}, noise_microstrain=0.25)
+    environment = made(values, noise_microstrain=0.25)
     environment._opposite = softer
-    steps = until_the_end(environment, GENTLE)
-    own = {"friction_coefficient": 0.3, "object_mass_g": 150.0}
-    environment.reset(options=own)
+    environment.reset(options={"friction_coefficient": 0.3, "object_mass_g": 150.0})
     assert lifts[-1][0][2:] == ("upper", 0.3, 150.0, softer)
     noise = hardware[-1][0][1]
     assert (noise.gage_noise_microstrain, noise.gage_noise_microvolt_per_V) == (0.25, 0.0)
-    held = [step[0][-1] for step in steps]
-    assert (held[-5:], steps[-1][4]["ending"]) == ([0.0, 1.0, 1.0, 1.0, 1.0], "lifted")
