@@ -75,8 +75,7 @@ def test_the_axes_of_a_study_are_the_options_else_as_usual():
     assert {axes(sealed=True, perturbed=k).grid().seed for k in (0, 1)} == {SEALED_SEED}
     drawn = axes(perturbed=True, faults=("tilt",), lifts=3, seed=5, quick=True).grid()
     assert (drawn.perturbed, drawn.seed) == (Perturbed(("tilt",), plants=4, lifts=3), 5)
-    wrong = {"faults": ("tilt",)}, {"plants": 2}, {"lifts": 3}, {"sealed": True, "seed": 1}
-    for each in wrong:
+    for each in ({"faults": ("tilt",)}, {"plants": 2}, {"lifts": 3}, {"sealed": True, "seed": 1}):
         with pytest.raises(DesignError):
             axes(**each).grid()
 

@@ -8,11 +8,12 @@ import pytest
 
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.starter import starter_text
+from fingerdesign.studio import numbers as module
 from fingerdesign.studio.engine import flat_scene
 from fingerdesign.studio.figures import bars, trace, tractions
 from fingerdesign.studio.numbers import PRESSES, SHEARS, Numbers, motions
 from fingerdesign.studio.session import Session
-from fingerdesign.studio.sliders import Press, renewed, sliders_of
+from fingerdesign.studio.sliders import Press, _one_of, renewed, sliders_of
 from fingerdesign.studio.words import finding, table
 from tests.support.pages import run_python
 
@@ -53,6 +54,14 @@ def test_numbers_obey_the_laws(numbers):
     assert (np.abs(numbers.shear) <= limit + 1e-9).all()
     assert (np.diff(numbers.ratio[PRESSES:]) <= 1e-9).all()
     assert numbers.readings.shape == (PRESSES + SHEARS, 15)
+
+
+def test_numbers_are_of_the_designs_face_and_options_rise(half_plane, calls_of):
+    faces = calls_of(module, "gage_readings")
+    design = with_values(load_design("maeno2000"), {"gages.face": "lower"})
+    module.numbers_of(design, half_plane, Press(0.1, 0.01, 0.5))
+    assert {face for (_, face), _ in faces} == {"lower"}
+    assert _one_of("body.width_mm", "", "", 2.0, (1.0, 3.0)).options == (1.0, 2.0, 3.0)
 
 
 def made(more=0.0, **changes):

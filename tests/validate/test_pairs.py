@@ -184,4 +184,3 @@ def test_a_row_takes_one_increment_where_the_scene_leaves_it_open(half_plane, ca
         one = Solved(FINGER, scene, *[None] * 4, half_plane, None, [], 0, 0)
         found = Solves(FINGER, scene).in_single_increments(one)
         assert steps[-1][0][1].path.substeps == found.scene.path.substeps == substeps
-        assert found.readings.rows == 1

@@ -187,10 +187,3 @@ def test_an_error_below_zero_is_as_uncertain_as_one_above():
     unsure = {"normal_force": 0.1, "contact_width": 0.7, "gage_face": 0.1}
     _widen_to_bare(dict.fromkeys(unsure, 0.2), unsure, chart, (0.49, 1.0, 1.0, 0.2))
     assert list(unsure.values()) == pytest.approx([0.5, 0.7, 0.1])  # of gages: those on plates
-
-
-def test_widths_that_not_every_row_of_the_map_has_are_outside_it():
-    chart = shipped_map()
-    ends = np.exp([chart.width[..., 0].max(), chart.width[..., -1].min()])
-    inside = [chart.inside(0.49, 1.0, 1.0, end * near) for end in ends for near in (0.99, 1.01)]
-    assert inside == [False, True, True, False]
