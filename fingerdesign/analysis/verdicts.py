@@ -238,7 +238,7 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
 
 
 def _permission(result: Result) -> str:
-    """What a command needs that reads a design with a controller of the user's own."""
+    """The option that commands need for a design with a controller of the user's own."""
     return " --allow-code" if ":" in str(result.parameters.get("grip.controller")) else ""
 
 

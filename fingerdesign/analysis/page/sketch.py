@@ -60,14 +60,14 @@ def _views(design: Design) -> list[Shape]:
     return [*views[0], *moved, *titles]
 
 
-def _extras(table: Plates) -> str:
-    """Holes, places and models of a row that differ from those of plain plates."""
+def _extras(table: Plates) -> list[str]:
+    """A line for a row whose plates follow the surface, lie aside or have holes."""
     found = [] if table.follow == "level" else [f"{table.follow} with the surface"]
     if table.stagger_mm:
         found.append(f"every second one {table.stagger_mm:g} aside")
     if table.hole_diameter_mm is not None:
         found.append(f"holes {table.hole_diameter_mm:g} every {table.hole_pitch_mm:g}")
-    return ", ".join(found)
+    return [f"    {', '.join(found)}"] if found else []
 
 
 def facts(design: Design) -> list[str]:
@@ -93,8 +93,7 @@ def facts(design: Design) -> list[str]:
         placed = "placed one by one" if row.placed else f"pitch {table.pitch_mm:g}"
         placed += "" if row.placed else f", cover {table.cover_mm:g}"
         found.append(f"    span {shown}, {placed}")
-        if extra := _extras(table):
-            found.append(f"    {extra}")
+        found += _extras(table)
     if plate_rows(design):
         gages = design.gages
         faces = "both faces" if gages.face == "both" else f"the {gages.face} face"
