@@ -1,14 +1,20 @@
 """Whether gages answer enough for their amplifier: the verdict, and what would help."""
 
+from dataclasses import replace
+
 import pytest
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.detection import SEEN, amplifier_noise, measured_states
-from fingerdesign.analysis.measurable import _search
+from fingerdesign.analysis.measurable import _known, _remedies, _search, start_sections
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.grip import HardwareTable
+from fingerdesign.design.io import parse_scene
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.errors import SolverError
 from fingerdesign.pipeline import run
+from fingerdesign.records.result import MeasuredState
 from fingerdesign.search.run.measured import metrics_of
 from fingerdesign.search.study.file import Cost
 
@@ -102,3 +108,48 @@ def test_a_remedy_goes_as_far_as_its_power_law_says(gained, least, target, found
 def test_loads_out_of_reach_are_left_out(demo):
     _, found = demo
     assert measured_states(found.problem, "both", [(0.5, 1e4)], 0.5) == ()
+
+
+def remedies(found, loads, smallest=(0.8, 0.2), louder=(1.0, 8.0, 4.0)):
+    """Remedies for states of these (friction, F_n), by sections whose gages are so much louder."""
+    states = [MeasuredState(*load, 0.0, 1.0, 1.0, s, 1.0) for load, s in zip(loads, smallest)]
+    model = found.problem.model
+    sections = [
+        replace(found.problem, model=replace(model, gage_readout=by * model.gage_readout))
+        for by in louder
+    ]
+    measured = replace(found.result.measurability, states=tuple(states))
+    return _remedies(load_design("maeno2000"), measured, sections)
+
+
+def test_remedies_reach_a_tenth_more_than_the_worst_state_needs(demo):
+    """0.8 is eight times what is wanted; a gain of 8 at an eighth: that over 8.8, or the least."""
+    reach, beyond = (0.5, 1.0), (0.5, 1e4)
+    softer, thinner = remedies(demo[1], [reach, beyond])
+    design = demo[0]
+    stiff = design.material_of("plates").youngs_modulus_MPa
+    assert (softer.value, softer.enough, thinner.enough) == (stiff, True, False)
+    assert softer.changed == float(f"{stiff / 8.8:.2g}")
+    rubber = design.material_of("body").youngs_modulus_MPa
+    assert softer.known == _known(softer.changed, 20.0 * rubber) != ()
+    thick = design.plates.thickness_mm
+    assert (thinner.value, thinner.changed, thinner.known) == (thick, 0.02, ())
+    assert thinner.gain == pytest.approx(4.0)
+    for each in remedies(demo[1], [reach, reach], louder=(1, 1, 1)):
+        assert (each.enough, each.known, each.gain) == (False, (), pytest.approx(1.0))
+    with pytest.raises(SolverError, match="does not reach"):
+        remedies(demo[1], [reach, beyond], (0.2, 0.8))
+
+
+def test_no_sections_are_begun_where_no_remedy_would_be_told():
+    design, scene = load_design("maeno2000"), parse_scene("path.increments_mm = [[0.1, 0.0]]")
+    law = SceneObject(friction_law="power", friction_exponent=0.3, reference_pressure_MPa=0.1)
+    for case in (
+        Case(with_values(design, {"plates.count": 0})),
+        Case(with_values(design, {"plates.model": "none"})),
+        Case(with_values(design, {"plates.rows": [{"along": "z", "count": 3, "cover_mm": 5.0}]})),
+        Case(design, surface=law),
+        Case(design, scene),
+        Case(design, for_page=False),
+    ):
+        assert start_sections(case) is None
