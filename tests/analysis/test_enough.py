@@ -1,11 +1,18 @@
 """A contact of few nodes is meshed finer, or the error names a remedy: never one node."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from fingerdesign import analyse, parse_design, parse_scene, with_values
-from fingerdesign.analysis.enough import LEAST_NODES
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.enough import LEAST_NODES, _candidates, finer
+from fingerdesign.analysis.fidelity.choice import Choice
+from fingerdesign.contact.problem import Motion
 from fingerdesign.errors import SolverError
+from fingerdesign.layout.zone import Zone
+from tests.support.reduced import reduced_model
 
 DESIGN = parse_design(
     """
@@ -90,3 +97,73 @@ def test_extremes_at_random_have_enough_nodes_or_an_error(seed):
     except SolverError as error:
         remedied = str(error)
     assert most >= LEAST_NODES or "press harder" in remedied
+
+
+SCENE = parse_scene("path.increments_mm = [[0.1, 0.0]]")
+ZONE = Zone(5.0, 7.0)
+
+
+def made_finer(closed, dim=2, approach=0.1, attempt=1, mesher="sweep", summary=None):
+    """Of nodes at x = 0, 1, 2 (z = 1.5 x in 3-D) that touch, a row of ``closed`` an increment."""
+    x = np.arange(len(closed[0]), dtype=float)
+    points = np.column_stack([x, x, 1.5 * x][:dim])
+    model = reduced_model(points, np.eye(points.size), areas=0.16 * (1.0 + x), depth=1.6)
+    motion = Motion(approach, 0.0)
+    steps = [
+        SimpleNamespace(increment=SimpleNamespace(status=np.array(row), motion=motion))
+        for row in closed
+    ]
+    mesh = DESIGN.mesh.model_copy(update={"mesher": mesher})
+    design = DESIGN.model_copy(update={"mesh": mesh})
+    case = Case(design, SCENE, "3d" if dim == 3 else "plane-strain")
+    chosen = Choice(case, None, ZONE, [], summary)
+    return finer(chosen, SCENE, SimpleNamespace(model=model), steps, attempt)
+
+
+def test_edges_are_so_much_finer_as_nodes_lack_and_the_zone_is_what_they_reach():
+    """By nodes 1 and 2, two at most at a time, their edges 0.2 and 0.3 mm, in space the roots of
+    0.32 and 0.48: the median times 2 / 20; and two edges beyond the farther one."""
+    closed = [[0, 1, 0], [0, 1, 1], [0, 0, 0]]
+    case, zone = made_finer(closed)
+    assert case.design.mesh.section.contact_size_mm == pytest.approx(0.025)
+    assert case.design.mesh.contact_size_mm == 1.0
+    assert zone.half_width == pytest.approx(2.5)
+    edge = np.median(np.sqrt([0.32, 0.48]))
+    case, zone = made_finer(closed, 3)
+    assert case.design.mesh.contact_size_mm == pytest.approx(0.1 * edge)
+    assert case.design.mesh.section.contact_size_mm == 0.3
+    assert (zone.half_width, zone.half_depth) == pytest.approx((2 + 2 * edge, 3 + 2 * edge))
+    case, _ = made_finer(closed, 3, mesher="tetwild")
+    assert case.design.mesh.contact_size_mm == pytest.approx(0.1**0.5 * edge)
+    case, zone = made_finer([[0, 0, 0]])  # The first touch is at the crest, x = 0: as of one node.
+    assert case.design.mesh.section.contact_size_mm == pytest.approx(0.1 / 16.0)
+    assert zone.half_width == pytest.approx(0.2)
+
+
+def test_a_contact_of_enough_nodes_or_none_pressed_stays():
+    assert made_finer([[0] * 12, [1] * LEAST_NODES + [0] * 4]) is None
+    assert made_finer([[1, 0]], approach=0.0) is None
+    assert made_finer([[1] * (LEAST_NODES - 1)]) is not None
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"attempt": 4}, "too many"),
+        ({"summary": object()}, "name a fidelity"),
+        ({"dim": 3, "mesher": "file"}, "file's mesh"),
+    ],
+)
+def test_what_is_not_made_finer_here_is_refused(changes, words):
+    with pytest.raises(SolverError, match=words):
+        made_finer([[0, 1, 1]], **changes)
+
+
+def test_candidates_are_counted_across_and_along_z():
+    flat = SimpleNamespace(model=SimpleNamespace(points=np.zeros((9, 2))))
+    z = np.array([0.0, 1.0, 1.0 + 1e-9, 3.0])
+    deep = SimpleNamespace(model=SimpleNamespace(points=np.column_stack([z, z, z])))
+    zone = Zone(5.0)
+    assert _candidates(flat, zone, 0.5, True) == 20.0
+    assert _candidates(deep, zone, 0.5, True) == 20.0 * 3
+    assert _candidates(deep, zone, 0.5, False) == 20.0 * 6

@@ -6,19 +6,40 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fingerdesign.analysis.analysis import _of_path, failed_analysis, too_deep
-from fingerdesign.analysis.case import Case, Clock
-from fingerdesign.analysis.path import PathStopped, follow_path, increment_result
-from fingerdesign.analysis.stages import zone_of
+from fingerdesign.analysis import analysis
+from fingerdesign.analysis.analysis import (
+    _of_path,
+    caveats,
+    failed_analysis,
+    mesh_summary,
+    study_summary,
+    too_deep,
+)
+from fingerdesign.analysis.case import Case, Clock, fundamental_scene
+from fingerdesign.analysis.fidelity.choice import Choice
+from fingerdesign.analysis.path import (
+    PathStopped,
+    contact_history,
+    follow_path,
+    increment_result,
+    steps_sideways,
+    targets,
+)
+from fingerdesign.analysis.stages import recover_fields, zone_of
+from fingerdesign.analysis.work import Followed
 from fingerdesign.checks.load import load_design, parse_design, with_values
+from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.laws import OPEN, SLIP, STICK
 from fingerdesign.contact.measures import Measures
-from fingerdesign.contact.path import Step
+from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.io import parse_scene
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.mesh.quality import assess
+from fingerdesign.records.result import LadderSummary
 from fingerdesign.shapes.objects import Plane
 from tests.support.half_space import half_plane
+from tests.support.reduced import bump, reduced_model
 
 DESIGN = parse_design('design.name = "a"\nbody.width_mm = 12.0\nplates.count = 5\ngrip.seed = 7')
 SCENE = parse_scene("path.increments_mm = [[0.1, 0.0]]")
@@ -99,3 +120,147 @@ def test_the_zone_is_the_wider_of_path_and_grips():
     case = Case(with_values(load_design("maeno2000"), {"grip.max_approach_mm": 0.6}))
     alone, both = (zone_of(replace(case, grips=own), case.path_scene) for own in (False, True))
     assert both.half_width > alone.half_width == alone.inner == both.inner
+
+
+@pytest.mark.parametrize("share", [1.0, 2.0])
+@pytest.mark.parametrize("model", [half_plane(1.0, 21, 20.0), bump(7)], ids=["2-D", "3-D"])
+def test_tractions_are_forces_over_areas(model, share):
+    """Of the deformed body (``share`` of the first ones) at finite strain; of lines in 2-D."""
+    model = replace(model, depth=4.0, symmetry_factor=2)
+    problem = contact_problem(model, Plane(0.0), 0.5)
+    steps = list(follow(problem, [Motion(0.01, 0.001), Motion(0.01, 0.004)]))
+    if share != 1.0:
+        steps = [replace(each, areas=share * model.areas) for each in steps]
+    found = contact_history(problem, steps)
+    flat = model.dimension == 2
+    assert found.areas == pytest.approx(model.areas / 4.0 if flat else model.areas)
+    assert found.symmetric
+    for k, each in enumerate(steps):
+        increment = each.increment
+        areas = share * model.areas
+        assert found.normal_traction[k] * areas == pytest.approx(increment.multiplier[:, 0])
+        sideways = increment.force[:, [0] if flat else [0, 2]]
+        assert found.tangential_traction[k] * areas[:, None] == pytest.approx(sideways)
+        np.testing.assert_array_equal(found.status[k], increment.status)
+        np.testing.assert_array_equal(found.slip[k], increment.state.slip)
+
+
+def test_fields_are_those_of_the_most_stick_and_of_the_last_load():
+    loads = [(1.0, 5.0), (3.0, 5.0), (2.0, 5.0), (0.0, 0.0)]
+
+    def found(loads, moved=None):
+        steps = [
+            Step(
+                SimpleNamespace(force=np.full((2, 2), float(k))),
+                replace(MEASURES, stick_area=stick, normal_force=normal),
+                displacement=None if moved is None else moved + k,
+            )
+            for k, (stick, normal) in enumerate(loads)
+        ]
+        fields = recover_fields(SimpleNamespace(displacement_fields=lambda each: 10 * each), steps)
+        return fields.increments, fields.displacement[:, 0, 0].tolist()
+
+    assert found(loads) == ((1, 2), [10.0, 20.0])
+    assert found(loads, np.zeros((3, 2))) == ((1, 2), [1.0, 2.0])
+    assert found([(0.0, 0.0)] * 3) == ((0, 2), [0.0, 20.0])
+    assert found([(0.0, 1.0), (4.0, 1.0)]) == ((1,), [10.0])
+
+
+def test_rows_are_targets_by_their_control():
+    rows = "[[0.1, 0.02, 0.03, 0.4], [0.2, 0.0]]"
+    path = parse_scene(f"path.increments_mm = {rows}").path
+    assert targets(path) == [Motion(0.1, 0.02, 0.03, 0.4), Motion(0.2, 0.0)]
+    path = parse_scene('path = {control = "force", increments_N = [[3.0, 0.5]]}').path
+    assert targets(path) == [Forces(3.0, 0.5)]
+
+
+@pytest.mark.parametrize(
+    ("scene", "sideways"),
+    [
+        ("path.increments_mm = [[0.1, 0.0]]", False),
+        ("path.increments_mm = [[0.1, 0.0, 0.02]]", True),
+        ("path.increments_mm = [[0.1, 0.0]]\nobject.tilt_deg = 3.0", False),
+        ('path.increments_mm = [[0.1, 0.0]]\nobject = {shape = "sphere", radius_mm = 9.0}', True),
+    ],
+)
+def test_what_leaves_the_section_steps_sideways(scene, sideways):
+    assert steps_sideways(parse_scene(scene)) == sideways
+
+
+def test_a_summary_of_a_study_holds_what_was_studied(plane_strain):
+    study = replace(
+        plane_strain.slip_studies[0],
+        **{"rank_correlation": 0.7, "rank_correlation_raw": 0.6, "step_correlation": 0.5},
+        gage_area_mm=np.array([0.0, 3.0, 2.0, *[4.0] * 7, 0.0]),
+        stick_length_mm=np.array([9.0, 5.0, 4.0, *[3.0] * 7, 1.0]),
+        stick_ratio=np.array([np.nan, *[0.5] * 10]),
+        rank_by_share=((0.3, 0.4),),
+    )
+    assert [*asdict(study_summary(study)).values()] == [
+        *(study.friction_coefficient, 0.7, 0.6, study.threshold, 0.05, 0.5),
+        *((0.0, 4.0), (1.0, 5.0), 11, ((0.3, 0.4),)),
+    ]
+    silent = study_summary(replace(study, gage_area_mm=np.zeros(11)))
+    assert silent.gage_area_mm == (0.0, 0.0)
+    assert study_summary(replace(study, gage_area_mm=study.gage_area_mm + 1.0)).gage_area_mm[0] == 1
+
+
+def test_a_summary_of_a_mesh_is_of_its_quality(plane_strain):
+    mesh, design = plane_strain.mesh, load_design("maeno2000")
+    known = assess(mesh, design)
+    found = asdict(mesh_summary(mesh, design))
+    worst = found.pop("worst_plate_volume_error")
+    assert found.pop("elements") == len(mesh.cells) != len(mesh.points)
+    assert found.pop("mesher") == "synthetic"
+    assert found == {key: getattr(known, key) for key in found}
+    assert worst == known.worst_plate_volume_error
+    bare = with_values(design, {"plates.model": "none"})
+    assert mesh_summary(mesh, bare).worst_plate_volume_error is None
+
+
+def stated(friction=0.5, summary=None):
+    """The caveats of a small path, and its steps."""
+    problem = contact_problem(half_plane(1.0, 41, 20.0), Plane(0.0), friction)
+    steps = list(follow(problem, [Motion(0.02, 0.0), Motion(0.02, 0.002)]))
+    choice = Choice(Case(DESIGN, SCENE), None, None, [], summary)
+    return caveats(choice, SCENE, problem, steps), problem, steps
+
+
+def test_a_ladder_that_falls_short_states_its_worst_quantity():
+    estimates = {"gage": 0.1, "normal_force": 0.25, "tangential_force": 0.03}
+    ladder = LadderSummary(0.02, False, "a", estimates, "b", ())
+    (found,) = {*stated(summary=ladder)[0]} - {*stated()[0]}
+    assert "normal force" in found
+    assert "25" in found
+    assert stated(summary=replace(ladder, reached=True))[0] == stated()[0]
+
+
+def test_other_answers_are_searched_for_from_where_the_last_row_began(calls_of):
+    searched = calls_of(analysis, "other_solutions")
+    stated(1.0)
+    assert not searched
+    _, problem, (_, last) = stated(1.1)
+    ((given, _),) = searched
+    expected = (problem, last.before, last.increment.motion, last.increment)
+    assert all(one is other for one, other in zip(given, expected, strict=True))
+
+
+def test_the_array_has_the_gages_of_its_row_alone():
+    rows = [{"count": 4, "cover_mm": 4.5}]
+    case = Case(with_values(DESIGN, {"plates.count": 3, "plates.rows": rows}), SCENE)
+    points = np.zeros((2, 2))
+    model = reduced_model(points, np.eye(4), gage_readout=np.arange(56.0).reshape(14, 4))
+    model = replace(model, gage_x=np.arange(7.0), gage_positions=np.zeros((7, 3)))
+    problem = contact_problem(model, Plane(0.0), 0.5)
+    found = Followed(Choice(case, None, None, []), problem, []).array
+    np.testing.assert_array_equal(found.model.gage_readout, model.gage_readout[6:])
+    assert found.model.gage_x.tolist() == [3.0, 4.0, 5.0, 6.0]
+    assert found.gap0 is problem.gap0
+
+
+def test_the_fundamental_path_is_as_deep_as_the_design_says_its_shears_in_proportion():
+    own = np.array(fundamental_scene().path.rows)
+    design = with_values(DESIGN, {"grip.fundamental_approach_mm": 0.07})
+    scaled = np.array(fundamental_scene(design).path.rows)
+    assert scaled[:, 0].max() == pytest.approx(0.07)
+    assert scaled == pytest.approx(own * 0.07 / own[:, 0].max())
