@@ -112,7 +112,8 @@ def test_loads_out_of_reach_are_left_out(demo):
 
 def remedies(found, loads, smallest=(0.8, 0.2), louder=(1.0, 8.0, 4.0)):
     """Remedies for states of these (friction, F_n), by sections whose gages are so much louder."""
-    states = [MeasuredState(*load, 0.0, 1.0, 1.0, s, 1.0) for load, s in zip(loads, smallest)]
+    seen = zip(loads, smallest, strict=True)
+    states = [MeasuredState(*load, 0.0, 1.0, 1.0, least, 1.0) for load, least in seen]
     model = found.problem.model
     sections = [
         replace(found.problem, model=replace(model, gage_readout=by * model.gage_readout))

@@ -7,10 +7,15 @@ import pytest
 from scipy.stats import spearmanr
 
 from fingerdesign.analysis import slip_study as study
+from fingerdesign.analysis.case import Case, fundamental_scene
+from fingerdesign.analysis.stages import slip_studies
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.control.signals import FACES
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import SolverError
+from fingerdesign.shapes.friction import FrictionLaw
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
 
@@ -184,3 +189,24 @@ def test_the_area_is_held_in_complete_slip(problem):
     assert (held.gage_area_mm[-2:] == held.gage_area_mm[-3]).all()
     unknown = replace(known, stiffness=0.0)
     assert np.isfinite(study.slip_study(problem, rows, "both", x, unknown).response[-2:]).all()
+
+
+def studied(problem, values=None, **changes):
+    """The studies of a case whose path is shallow."""
+    shallow = {"grip.fundamental_approach_mm": 0.05}
+    case = Case(with_values(load_design("maeno2000"), shallow | (values or {})), **changes)
+    return slip_studies(case, case.path_scene, problem)
+
+
+def test_a_study_is_at_the_frictions_the_noise_and_the_share_of_its_case(problem):
+    found = studied(problem, surface=SceneObject(friction_coefficient=0.6))
+    assert [each.friction_coefficient for each in found] == [0.2, 0.35, 0.5, 0.6, 0.7, 1.0]
+    values = {"grip.hardware.force_noise_N": 0.02, "gages.area_share": 0.25}
+    plain, other = found[0], studied(problem, values)[0]
+    assert (plain.force_floor_N, other.force_floor_N) == pytest.approx((0.015, 0.06))
+    assert other.threshold == pytest.approx(0.5 * plain.threshold)
+    assert studied(problem, {"gages.face": "lower"})[0].threshold != plain.threshold
+    assert len(plain.stick_ratio) == 4 * 8
+    for nothing in ({"studied": False}, {"scene": fundamental_scene()}):
+        assert not studied(problem, **nothing)
+    assert not studied(replace(problem, law=FrictionLaw(0.3, exponent=0.3, reference=0.1)))
