@@ -1,5 +1,6 @@
 """The motion that gives the forces, or the shear that does at a held approach; or why none."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -7,13 +8,15 @@ import pytest
 from fingerdesign_bench.accuracy.analytic import cattaneo_mindlin_line
 
 from fingerdesign.contact.balance import (
+    Attempts,
     ForceSlope,
     OutOfReach,
     predicted_shear,
     rising_root,
     solve_shear,
 )
-from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
+from fingerdesign.contact.force_control import Forces, NoEquilibrium, _Search, solve_forces
+from fingerdesign.contact.gross_slip import _start
 from fingerdesign.contact.increment import ContactState, Workspace, ZoneExhausted, solve_increment
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -335,3 +338,31 @@ def test_the_stick_zone_is_cattaneos(strip, share):
     # Of 40 facets; at 0.999 the stick zone is 0.032 wide, little more than one facet.
     least = 0.007 if share < 0.99 else 0.011
     assert m.stick_width / m.contact_width == pytest.approx(exact, abs=least)
+
+
+@pytest.mark.parametrize("shear", [0.4, -0.4])
+def test_what_slides_sticks_as_the_motion_turns_back(strip, shear):
+    start = solve_increment(strip, pressed(strip, 0.05).state, Motion(0.05, shear))
+    (response,) = force_response(strip, start, strip.modes[1:2], turning_back=True)
+    back = -np.sign(shear) * STEP
+    there = solve_increment(strip, start.state, Motion(0.05, shear + back))
+    numeric = (there.multiplier - start.multiplier)[:, 1] / back
+    assert np.abs(response[:, 1]).max() > 0.01
+    assert response[:, 1] == pytest.approx(numeric, abs=1e-3 * np.abs(numeric).max())
+
+
+def test_half_a_finger_takes_half_of_the_force(strip, calls_of):
+    """First tries are those of a node's compliance under the force of the modelled half."""
+    half = replace(strip, model=replace(strip.model, symmetry_factor=2))
+    state, least = ContactState.untouched(strip), float(strip.self_compliance.min())
+    most = float(strip.self_compliance.max())
+    pulls = calls_of(_Search, "_pulled")
+    for problem, share in ((strip, 1.0), (half, 0.5)):
+        search = _Search(problem, state, Forces(2.0, 0.3), Workspace(), False, 1e-9)
+        assert search._overlap() == pytest.approx(0.2 * share * least)
+        assert Attempts(problem, state).softest == pytest.approx(share * most)
+        touch, softest = 0.0, share * most
+        assert _start(problem, 2.0) == pytest.approx((0.2 * softest, touch, softest))
+        del pulls[:]
+        search._by_shear()
+        assert pulls[1][0][1] == pytest.approx(0.25 * 2.0 * share * most)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact.increment import ContactState, solve_increment
-from fingerdesign.contact.measures import border_compliances, measure
+from fingerdesign.contact.measures import border_compliances, completely_slips, measure
 from fingerdesign.contact.problem import Motion
 
 
@@ -38,3 +38,23 @@ def test_pressures_of_a_free_end_are_no_peak(patch):
     assert measure(patch, found).peak_pressure == pytest.approx(pressure[order[-1]])
     assert measure(cut, found).peak_pressure == pytest.approx(pressure[order[-4]])
     assert pressure[order[-4]] < pressure[order[-1]]
+
+
+@pytest.mark.parametrize(
+    ("forces", "areas", "dimensions"),
+    [
+        ((1.0, 0.1), (0.9, 100.0), (2, 3)),  # below a hundredth, and a twentieth in space
+        ((1.0, 0.1), (1.1, 100.0), (3,)),
+        ((1.0, 0.1), (5.1, 100.0), ()),
+        ((1.0, 0.0), (0.0, 100.0), ()),  # pressed alone
+        ((1.0, -0.1), (0.0, 100.0), ()),
+        ((0.0, 0.1), (0.0, 100.0), ()),
+        ((1.0, 0.1), (0.0, 0.0), ()),
+    ],
+)
+def test_complete_slip_is_of_a_contact_that_is_pressed_and_pulled(patch, forces, areas, dimensions):
+    pressed = solve_increment(patch, ContactState.untouched(patch), Motion(0.01, 0.0))
+    values = dict(zip(("stick_area", "contact_area"), areas, strict=True))
+    values |= dict(zip(("normal_force", "tangential_force"), forces, strict=True))
+    found = replace(measure(patch, pressed), **values)
+    assert tuple(dim for dim in (2, 3) if completely_slips(found, dim)) == dimensions

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact.force_control import Forces
-from fingerdesign.contact.path import follow, row_ends
+from fingerdesign.contact.path import _pieces, follow, row_ends
 from fingerdesign.contact.problem import Motion
 
 # Pressed and pulled at once, then pulled: nodes close while the object moves aside.
@@ -56,3 +56,14 @@ def test_cuts_end_with_the_row_and_grow_toward_it(touching, coarser):
     assert ends[-1] == 1.0
     assert (np.diff([0.0, *ends]) > 0.0).all()
     assert len(row_ends(None, touching)) == coarser * len(ends)
+
+
+def test_pieces_of_a_row_go_evenly_from_what_is_carried_and_where_it_stands(strip):
+    *_, step = follow(strip, [Forces(1.0, 0.2)])
+    state, ends = step.increment.state, np.array([0.25, 1.0])
+    first, last = _pieces(strip, state, row := Forces(2.0, -0.2), ends)
+    assert last is row
+    assert (first.normal, first.tangential) == pytest.approx((1.25, 0.1), abs=1e-8)
+    assert first.held.amplitudes == pytest.approx(0.75 * state.motion.amplitudes)
+    first, _ = _pieces(strip, state, Motion(0.0, 0.0), ends)
+    assert first.amplitudes == pytest.approx(0.75 * state.motion.amplitudes)

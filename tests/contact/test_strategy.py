@@ -1,6 +1,7 @@
 """What is tried when Newton stalls, the inverse that it carries along, and how many answers are."""
 
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from fingerdesign.contact.solver.attempts import Task, solve_task
 from fingerdesign.contact.solver.gauss_seidel import gauss_seidel
 from fingerdesign.contact.solver.newton import NewtonResult
 from fingerdesign.contact.solver.pivots import friction_pivots
-from fingerdesign.contact.uniqueness import other_solutions
+from fingerdesign.contact.uniqueness import _differ, other_solutions
 from fingerdesign.shapes.objects import Plane
 from tests.support.reduced import reduced_model
 
@@ -236,3 +237,10 @@ def test_a_wedged_node_has_another_answer(friction, others):
         assert np.abs(other.multiplier - known.multiplier).max() > 1e-3
     # Sheared the other way there is nothing to wedge against.
     assert not other_solutions(problem, state, Motion(-0.1, -0.2))
+
+
+def test_answers_differ_by_a_part_of_their_larger_force():
+    known = SimpleNamespace(multiplier=np.array([[1000.0, 0.0], [2.0, 1.0]]))
+    for change, other in ((0.009, False), (0.011, True), (-0.011, True)):
+        moved = SimpleNamespace(multiplier=known.multiplier + np.diag([0.0, change]))
+        assert _differ(known, moved) == _differ(moved, known) == other

@@ -6,6 +6,7 @@ import pytest
 from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.design.leads import Leads
 from fingerdesign.fem.bars import bar_stiffness
+from fingerdesign.fem.readout import gage_rows
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.extrude import extrude
@@ -67,3 +68,23 @@ def test_leads_count_in_the_digest_and_a_gage_by_what_it_stiffens(finger):
 def test_a_wire_is_as_stiff_as_its_metal():
     assert Leads(diameter_mm=0.2).stiffness == pytest.approx(120e3 * np.pi * 0.01)
     assert Leads(kind="traces", width_mm=0.1, thickness_mm=0.01).stiffness == pytest.approx(120.0)
+
+
+@pytest.mark.parametrize(("face", "sides"), [("upper", [0]), ("lower", [1]), ("both", [0, 1])])
+def test_gages_stiffen_the_faces_that_they_are_on(finger, face, sides):
+    design, mesh = finger
+    design = with_values(design, {"gages.kind": "silicon_bar_05", "gages.face": face})
+    frames, bar = plate_frames(design), design.gage_type
+    size = {"length_mm": bar.carrier_length_mm, "width_mm": bar.carrier_width_mm}
+    rows = gage_rows(mesh, frames, design.gages.model_copy(update=size), (1.0, 0.0))
+    motion = np.random.default_rng(0).normal(size=mesh.points.size)
+    strains = (rows @ motion).reshape(-1, 2)[:, sides]
+    expected = 0.5 * bar.stiffness * size["length_mm"] * size["width_mm"] * (strains**2).sum()
+    assert energy(bar_stiffness(design, mesh, frames), motion) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("width", "leads"), [(5.3, True), (5.5, False)])
+def test_a_way_to_the_end_of_less_than_a_twentieth_of_the_span_has_no_leads(finger, width, leads):
+    design, mesh = finger
+    design = with_values(design, {**WIRE, "gages.width_mm": width})
+    assert (bar_stiffness(design, mesh, plate_frames(design)) is not None) == leads

@@ -1,6 +1,7 @@
 """Bodies of any origin: loads of their own, what is no body, zones in x and z."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import scipy.sparse as sp
 from fingerdesign import parse_design
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.body import condense_body
-from fingerdesign.fem.model import build_model
+from fingerdesign.fem.model import build_model, free_ends
 from fingerdesign.fem.reduction import body_model
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.zone import Zone
@@ -134,3 +135,39 @@ def test_gaps_are_measured_from_the_exact_surface():
     for mesh in (mesh_section(design, 1.5), extrude(design, Zone(1.5))):
         points = build_model(design, mesh, 1.5).reduced.surface.points
         assert np.abs(surface.distance(points)).max() < 1e-12
+
+
+def test_fields_of_forces_and_loads_of_a_bodys_own_add_up(own_cache):
+    body = block(*SHAPES[2], SHAPES[2][1][1])
+    chance = np.random.default_rng(0)
+    loads = chance.normal(size=(body.fixed.size, 1))
+    for _ in "ab":  # the second time with stored fields
+        condensed = condense_body(body, store=True)
+        forces = np.ones((1, len(condensed.trace.nodes), 2))
+        alone = condensed.displacement_fields(forces)
+        own = condensed.displacement_fields(0.0 * forces, loads)
+        both = condensed.displacement_fields(forces, loads)
+        assert both == pytest.approx(alone + own, abs=1e-9 * np.abs(both).max())
+        assert np.abs(own).max() > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("ends", "between"),
+    [
+        ([-3.0, 4.0], (-2.5, 3.5)),
+        ([4.0], (-np.inf, 3.5)),
+        ([-3.0], (-2.5, np.inf)),
+        ([], None),
+    ],
+)
+def test_a_step_bodys_free_ends_are_where_its_ends_meet_the_contact(ends, between):
+    """Nodes 0 and 1 are of the contact alone, those of z = 9 of an end alone."""
+    points = np.zeros((6, 3))
+    points[:, 2] = [1.0, 2.0, 9.0, 9.0, *ends, *[0.0] * (2 - len(ends))]
+    shared = np.arange(4, 4 + len(ends))
+    facets = {"end": np.array([2, 3, *shared]), "contact": np.array([0, 1, *shared])}
+    mesh = SimpleNamespace(dimension=3, points=points, facets=facets)
+    body = SimpleNamespace(kind=SimpleNamespace(turned=False), depth_mm=30.0, shape="step")
+    assert free_ends(body, mesh) == between
+    straight = SimpleNamespace(kind=body.kind, depth_mm=30.0, shape="arc")
+    assert free_ends(straight, mesh) == (-14.5, 14.5)
