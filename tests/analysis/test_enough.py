@@ -100,7 +100,7 @@ def test_extremes_at_random_have_enough_nodes_or_an_error(seed):
 
 
 SCENE = parse_scene("path.increments_mm = [[0.1, 0.0]]")
-ZONE = Zone(5.0, 7.0)
+KINDS = {2: "plane-strain", 3: "3d"}
 
 
 def made_finer(closed, dim=2, approach=0.1, attempt=1, mesher="sweep", summary=None):
@@ -108,15 +108,12 @@ def made_finer(closed, dim=2, approach=0.1, attempt=1, mesher="sweep", summary=N
     x = np.arange(len(closed[0]), dtype=float)
     points = np.column_stack([x, x, 1.5 * x][:dim])
     model = reduced_model(points, np.eye(points.size), areas=0.16 * (1.0 + x), depth=1.6)
-    motion = Motion(approach, 0.0)
-    steps = [
-        SimpleNamespace(increment=SimpleNamespace(status=np.array(row), motion=motion))
-        for row in closed
-    ]
+    given = {"motion": Motion(approach, 0.0)}
+    found = [SimpleNamespace(status=np.array(row), **given) for row in closed]
+    steps = [SimpleNamespace(increment=each) for each in found]
     mesh = DESIGN.mesh.model_copy(update={"mesher": mesher})
     design = DESIGN.model_copy(update={"mesh": mesh})
-    case = Case(design, SCENE, "3d" if dim == 3 else "plane-strain")
-    chosen = Choice(case, None, ZONE, [], summary)
+    chosen = Choice(Case(design, SCENE, KINDS[dim]), None, Zone(5.0, 7.0), [], summary)
     return finer(chosen, SCENE, SimpleNamespace(model=model), steps, attempt)
 
 
@@ -126,44 +123,31 @@ def test_edges_are_so_much_finer_as_nodes_lack_and_the_zone_is_what_they_reach()
     closed = [[0, 1, 0], [0, 1, 1], [0, 0, 0]]
     case, zone = made_finer(closed)
     assert case.design.mesh.section.contact_size_mm == pytest.approx(0.025)
-    assert case.design.mesh.contact_size_mm == 1.0
-    assert zone.half_width == pytest.approx(2.5)
+    assert (case.design.mesh.contact_size_mm, zone.half_width) == pytest.approx((1.0, 2.5))
     edge = np.median(np.sqrt([0.32, 0.48]))
-    case, zone = made_finer(closed, 3)
-    assert case.design.mesh.contact_size_mm == pytest.approx(0.1 * edge)
-    assert case.design.mesh.section.contact_size_mm == 0.3
-    assert (zone.half_width, zone.half_depth) == pytest.approx((2 + 2 * edge, 3 + 2 * edge))
-    case, _ = made_finer(closed, 3, mesher="tetwild")
-    assert case.design.mesh.contact_size_mm == pytest.approx(0.1**0.5 * edge)
+    for mesher, share in (("sweep", 0.1), ("tetwild", 0.1**0.5)):
+        case, zone = made_finer(closed, 3, mesher=mesher)
+        assert case.design.mesh.contact_size_mm == pytest.approx(share * edge)
+        assert (zone.half_width, zone.half_depth) == pytest.approx((2 + 2 * edge, 3 + 2 * edge))
     case, zone = made_finer([[0, 0, 0]])  # The first touch is at the crest, x = 0: as of one node.
     assert case.design.mesh.section.contact_size_mm == pytest.approx(0.1 / 16.0)
     assert zone.half_width == pytest.approx(0.2)
 
 
-def test_a_contact_of_enough_nodes_or_none_pressed_stays():
+def test_what_holds_enough_nodes_stays_and_what_is_not_made_finer_here_is_refused():
     assert made_finer([[0] * 12, [1] * LEAST_NODES + [0] * 4]) is None
     assert made_finer([[1, 0]], approach=0.0) is None
     assert made_finer([[1] * (LEAST_NODES - 1)]) is not None
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"attempt": 4}, "too many"),
-        ({"summary": object()}, "name a fidelity"),
-        ({"dim": 3, "mesher": "file"}, "file's mesh"),
-    ],
-)
-def test_what_is_not_made_finer_here_is_refused(changes, words):
-    with pytest.raises(SolverError, match=words):
-        made_finer([[0, 1, 1]], **changes)
+    file = {"dim": 3, "mesher": "file"}
+    refused = {"too many": {"attempt": 4}, "a fidelity": {"summary": "s"}, "file's mesh": file}
+    for words, changes in refused.items():
+        with pytest.raises(SolverError, match=words):
+            made_finer([[0, 1, 1]], **changes)
 
 
 def test_candidates_are_counted_across_and_along_z():
-    flat = SimpleNamespace(model=SimpleNamespace(points=np.zeros((9, 2))))
     z = np.array([0.0, 1.0, 1.0 + 1e-9, 3.0])
-    deep = SimpleNamespace(model=SimpleNamespace(points=np.column_stack([z, z, z])))
-    zone = Zone(5.0)
-    assert _candidates(flat, zone, 0.5, True) == 20.0
-    assert _candidates(deep, zone, 0.5, True) == 20.0 * 3
-    assert _candidates(deep, zone, 0.5, False) == 20.0 * 6
+    for dim, layered, along in ((2, True, 1), (3, True, 3), (3, False, 6)):
+        model = SimpleNamespace(points=np.column_stack([z, z, z][:dim]))
+        problem = SimpleNamespace(model=model)
+        assert _candidates(problem, Zone(5.0), 0.5, layered) == 20.0 * along

@@ -1,5 +1,6 @@
 """What is recorded of a path, by made-up steps: rows, contact, caveats, fields, failures."""
 
+import re
 from dataclasses import asdict, replace
 from types import SimpleNamespace
 
@@ -122,77 +123,55 @@ def test_the_zone_is_the_wider_of_path_and_grips():
     assert both.half_width > alone.half_width == alone.inner == both.inner
 
 
-@pytest.mark.parametrize("share", [1.0, 2.0])
 @pytest.mark.parametrize("model", [half_plane(1.0, 21, 20.0), bump(7)], ids=["2-D", "3-D"])
-def test_tractions_are_forces_over_areas(model, share):
-    """Of the deformed body (``share`` of the first ones) at finite strain; of lines in 2-D."""
-    model = replace(model, depth=4.0, symmetry_factor=2)
+def test_tractions_are_forces_over_areas(model):
+    """Of the deformed body at finite strain; in 2-D a node's area is of a line."""
+    model, flat = replace(model, depth=4.0, symmetry_factor=2), model.dimension == 2
     problem = contact_problem(model, Plane(0.0), 0.5)
-    steps = list(follow(problem, [Motion(0.01, 0.001), Motion(0.01, 0.004)]))
-    if share != 1.0:
-        steps = [replace(each, areas=share * model.areas) for each in steps]
-    found = contact_history(problem, steps)
-    flat = model.dimension == 2
+    first, last = follow(problem, [Motion(0.01, 0.001), Motion(0.01, 0.004)])
+    found = contact_history(problem, [first, replace(last, areas=2.0 * model.areas)])
     assert found.areas == pytest.approx(model.areas / 4.0 if flat else model.areas)
     assert found.symmetric
-    for k, each in enumerate(steps):
-        increment = each.increment
-        areas = share * model.areas
+    for k, increment in enumerate((first.increment, last.increment)):
+        areas = (k + 1.0) * model.areas
         assert found.normal_traction[k] * areas == pytest.approx(increment.multiplier[:, 0])
         sideways = increment.force[:, [0] if flat else [0, 2]]
         assert found.tangential_traction[k] * areas[:, None] == pytest.approx(sideways)
-        np.testing.assert_array_equal(found.status[k], increment.status)
-        np.testing.assert_array_equal(found.slip[k], increment.state.slip)
+        assert (found.status[k] == increment.status).all()
+        assert (found.slip[k] == increment.state.slip).all()
 
 
 def test_fields_are_those_of_the_most_stick_and_of_the_last_load():
-    loads = [(1.0, 5.0), (3.0, 5.0), (2.0, 5.0), (0.0, 0.0)]
-
-    def found(loads, moved=None):
-        steps = [
-            Step(
-                SimpleNamespace(force=np.full((2, 2), float(k))),
-                replace(MEASURES, stick_area=stick, normal_force=normal),
-                displacement=None if moved is None else moved + k,
-            )
-            for k, (stick, normal) in enumerate(loads)
-        ]
-        fields = recover_fields(SimpleNamespace(displacement_fields=lambda each: 10 * each), steps)
-        return fields.increments, fields.displacement[:, 0, 0].tolist()
-
-    assert found(loads) == ((1, 2), [10.0, 20.0])
-    assert found(loads, np.zeros((3, 2))) == ((1, 2), [1.0, 2.0])
-    assert found([(0.0, 0.0)] * 3) == ((0, 2), [0.0, 20.0])
-    assert found([(0.0, 1.0), (4.0, 1.0)]) == ((1,), [10.0])
+    model = SimpleNamespace(displacement_fields=lambda forces: 10.0 * forces)
+    steps = [step(stick_area=area, normal_force=5.0) for area in (1.0, 3.0, 2.0)]
+    steps.append(step(stick_area=0.0, normal_force=0.0))
+    for k, each in enumerate(steps):
+        each.increment.force = np.full((2, 2), float(k))
+    found = recover_fields(model, steps)
+    assert (found.increments, found.displacement[:, 0, 0].tolist()) == ((1, 2), [10.0, 20.0])
+    moved = [replace(each, displacement=each.increment.force) for each in steps]
+    assert recover_fields(model, moved).displacement[:, 0, 0].tolist() == [1.0, 2.0]
+    assert recover_fields(model, steps[3:] * 2).increments == (0, 1)
 
 
-def test_rows_are_targets_by_their_control():
-    rows = "[[0.1, 0.02, 0.03, 0.4], [0.2, 0.0]]"
-    path = parse_scene(f"path.increments_mm = {rows}").path
-    assert targets(path) == [Motion(0.1, 0.02, 0.03, 0.4), Motion(0.2, 0.0)]
-    path = parse_scene('path = {control = "force", increments_N = [[3.0, 0.5]]}').path
-    assert targets(path) == [Forces(3.0, 0.5)]
-
-
-@pytest.mark.parametrize(
-    ("scene", "sideways"),
-    [
-        ("path.increments_mm = [[0.1, 0.0]]", False),
-        ("path.increments_mm = [[0.1, 0.0, 0.02]]", True),
-        ("path.increments_mm = [[0.1, 0.0]]\nobject.tilt_deg = 3.0", False),
-        ('path.increments_mm = [[0.1, 0.0]]\nobject = {shape = "sphere", radius_mm = 9.0}', True),
-    ],
-)
-def test_what_leaves_the_section_steps_sideways(scene, sideways):
-    assert steps_sideways(parse_scene(scene)) == sideways
+def test_rows_are_targets_by_their_control_and_step_sideways_or_not():
+    ball = 'path.increments_mm = [[0.1, 0.0]]\nobject = {shape = "sphere", radius_mm = 9.0}'
+    for text, sideways, first in (
+        ("path.increments_mm = [[0.1, 0.2]]", False, Motion(0.1, 0.2)),
+        ("path.increments_mm = [[0.1, 0.2, 0.02, 1.0]]", True, Motion(0.1, 0.2, 0.02, 1.0)),
+        ('path = {control = "force", increments_N = [[3.0, 0.5]]}', False, Forces(3.0, 0.5)),
+        (ball, True, Motion(0.1, 0.0)),
+    ):
+        scene = parse_scene(text)
+        assert (steps_sideways(scene), targets(scene.path)) == (sideways, [first])
 
 
 def test_a_summary_of_a_study_holds_what_was_studied(plane_strain):
     study = replace(
         plane_strain.slip_studies[0],
         **{"rank_correlation": 0.7, "rank_correlation_raw": 0.6, "step_correlation": 0.5},
-        gage_area_mm=np.array([0.0, 3.0, 2.0, *[4.0] * 7, 0.0]),
-        stick_length_mm=np.array([9.0, 5.0, 4.0, *[3.0] * 7, 1.0]),
+        gage_area_mm=np.array([1.0, 3.0, *[4.0] * 8, 0.0]),
+        stick_length_mm=np.array([9.0, 5.0, *[3.0] * 8, 1.0]),
         stick_ratio=np.array([np.nan, *[0.5] * 10]),
         rank_by_share=((0.3, 0.4),),
     )
@@ -200,20 +179,15 @@ def test_a_summary_of_a_study_holds_what_was_studied(plane_strain):
         *(study.friction_coefficient, 0.7, 0.6, study.threshold, 0.05, 0.5),
         *((0.0, 4.0), (1.0, 5.0), 11, ((0.3, 0.4),)),
     ]
-    silent = study_summary(replace(study, gage_area_mm=np.zeros(11)))
-    assert silent.gage_area_mm == (0.0, 0.0)
-    assert study_summary(replace(study, gage_area_mm=study.gage_area_mm + 1.0)).gage_area_mm[0] == 1
+    later = replace(study, gage_area_mm=np.array([0.0, *[2.0] * 10]))
+    assert study_summary(later).gage_area_mm == (2.0, 2.0)
 
 
 def test_a_summary_of_a_mesh_is_of_its_quality(plane_strain):
     mesh, design = plane_strain.mesh, load_design("maeno2000")
-    known = assess(mesh, design)
     found = asdict(mesh_summary(mesh, design))
-    worst = found.pop("worst_plate_volume_error")
-    assert found.pop("elements") == len(mesh.cells) != len(mesh.points)
-    assert found.pop("mesher") == "synthetic"
-    assert found == {key: getattr(known, key) for key in found}
-    assert worst == known.worst_plate_volume_error
+    assert (found.pop("elements"), found.pop("mesher")) == (len(mesh.cells), "synthetic")
+    assert found == {key: getattr(assess(mesh, design), key) for key in found}
     bare = with_values(design, {"plates.model": "none"})
     assert mesh_summary(mesh, bare).worst_plate_volume_error is None
 
@@ -229,10 +203,9 @@ def stated(friction=0.5, summary=None):
 def test_a_ladder_that_falls_short_states_its_worst_quantity():
     estimates = {"gage": 0.1, "normal_force": 0.25, "tangential_force": 0.03}
     ladder = LadderSummary(0.02, False, "a", estimates, "b", ())
-    (found,) = {*stated(summary=ladder)[0]} - {*stated()[0]}
-    assert "normal force" in found
-    assert "25" in found
-    assert stated(summary=replace(ladder, reached=True))[0] == stated()[0]
+    reached = stated(summary=replace(ladder, reached=True))[0]
+    (found,) = {*stated(summary=ladder)[0]} - {*reached}
+    assert re.search(r"normal force.*25|25.*normal force", found)
 
 
 def test_other_answers_are_searched_for_from_where_the_last_row_began(calls_of):

@@ -83,8 +83,8 @@ def test_gages_stiffen_the_faces_that_they_are_on(finger, face, sides):
     assert energy(bar_stiffness(design, mesh, frames), motion) == pytest.approx(expected)
 
 
-@pytest.mark.parametrize(("width", "leads"), [(5.3, True), (5.5, False)])
-def test_a_way_to_the_end_of_less_than_a_twentieth_of_the_span_has_no_leads(finger, width, leads):
+def test_a_way_to_the_end_of_less_than_a_twentieth_of_the_span_has_no_leads(finger):
     design, mesh = finger
-    design = with_values(design, {**WIRE, "gages.width_mm": width})
-    assert (bar_stiffness(design, mesh, plate_frames(design)) is not None) == leads
+    for width, leads in ((5.3, True), (5.5, False)):
+        wired = with_values(design, {**WIRE, "gages.width_mm": width})
+        assert (bar_stiffness(wired, mesh, plate_frames(design)) is not None) == leads

@@ -139,35 +139,25 @@ def test_gaps_are_measured_from_the_exact_surface():
 
 def test_fields_of_forces_and_loads_of_a_bodys_own_add_up(own_cache):
     body = block(*SHAPES[2], SHAPES[2][1][1])
-    chance = np.random.default_rng(0)
-    loads = chance.normal(size=(body.fixed.size, 1))
+    loads = np.random.default_rng(0).normal(size=(body.fixed.size, 1))
     for _ in "ab":  # the second time with stored fields
         condensed = condense_body(body, store=True)
         forces = np.ones((1, len(condensed.trace.nodes), 2))
-        alone = condensed.displacement_fields(forces)
-        own = condensed.displacement_fields(0.0 * forces, loads)
-        both = condensed.displacement_fields(forces, loads)
-        assert both == pytest.approx(alone + own, abs=1e-9 * np.abs(both).max())
-        assert np.abs(own).max() > 1e-6
+        given = ((forces, 0.0), (0.0 * forces, loads), (forces, loads))
+        alone, own, both = (condensed.displacement_fields(*each) for each in given)
+        assert both == pytest.approx(alone + own, abs=1e-9 * np.abs(own).max())
 
 
-@pytest.mark.parametrize(
-    ("ends", "between"),
-    [
-        ([-3.0, 4.0], (-2.5, 3.5)),
-        ([4.0], (-np.inf, 3.5)),
-        ([-3.0], (-2.5, np.inf)),
-        ([], None),
-    ],
-)
-def test_a_step_bodys_free_ends_are_where_its_ends_meet_the_contact(ends, between):
+def test_a_step_bodys_free_ends_are_where_its_ends_meet_the_contact():
     """Nodes 0 and 1 are of the contact alone, those of z = 9 of an end alone."""
-    points = np.zeros((6, 3))
-    points[:, 2] = [1.0, 2.0, 9.0, 9.0, *ends, *[0.0] * (2 - len(ends))]
-    shared = np.arange(4, 4 + len(ends))
-    facets = {"end": np.array([2, 3, *shared]), "contact": np.array([0, 1, *shared])}
-    mesh = SimpleNamespace(dimension=3, points=points, facets=facets)
     body = SimpleNamespace(kind=SimpleNamespace(turned=False), depth_mm=30.0, shape="step")
-    assert free_ends(body, mesh) == between
-    straight = SimpleNamespace(kind=body.kind, depth_mm=30.0, shape="arc")
-    assert free_ends(straight, mesh) == (-14.5, 14.5)
+    both, inf = (-2.5, 3.5), np.inf
+    known = {(-3.0, 4.0): both, (4.0,): (-inf, 3.5), (-3.0,): (-2.5, inf), (): None}
+    for ends, between in known.items():
+        points = np.array([[0.0, 0.0, z] for z in (1.0, 2.0, 9.0, 9.0, *ends)])
+        shared = range(4, len(points))
+        facets = {"end": np.array([2, 3, *shared]), "contact": np.array([0, 1, *shared])}
+        mesh = SimpleNamespace(dimension=3, points=points, facets=facets)
+        assert free_ends(body, mesh) == between
+    body.shape = "arc"
+    assert free_ends(body, mesh) == (-14.5, 14.5)
