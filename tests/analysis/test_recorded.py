@@ -7,25 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fingerdesign.analysis import analysis
-from fingerdesign.analysis.analysis import (
-    _of_path,
-    caveats,
-    failed_analysis,
-    mesh_summary,
-    study_summary,
-    too_deep,
-)
+from fingerdesign.analysis import analysis, path
+from fingerdesign.analysis.analysis import _of_path, failed_analysis, too_deep
 from fingerdesign.analysis.case import Case, Clock, fundamental_scene
 from fingerdesign.analysis.fidelity.choice import Choice
-from fingerdesign.analysis.path import (
-    PathStopped,
-    contact_history,
-    follow_path,
-    increment_result,
-    steps_sideways,
-    targets,
-)
+from fingerdesign.analysis.path import PathStopped, follow_path, increment_result
 from fingerdesign.analysis.stages import recover_fields, zone_of
 from fingerdesign.analysis.work import Followed
 from fingerdesign.checks.load import load_design, parse_design, with_values
@@ -129,7 +115,7 @@ def test_tractions_are_forces_over_areas(model):
     model, flat = replace(model, depth=4.0, symmetry_factor=2), model.dimension == 2
     problem = contact_problem(model, Plane(0.0), 0.5)
     first, last = follow(problem, [Motion(0.01, 0.001), Motion(0.01, 0.004)])
-    found = contact_history(problem, [first, replace(last, areas=2.0 * model.areas)])
+    found = path.contact_history(problem, [first, replace(last, areas=2.0 * model.areas)])
     assert found.areas == pytest.approx(model.areas / 4.0 if flat else model.areas)
     assert found.symmetric
     for k, increment in enumerate((first.increment, last.increment)):
@@ -163,7 +149,7 @@ def test_rows_are_targets_by_their_control_and_step_sideways_or_not():
         (ball, True, Motion(0.1, 0.0)),
     ):
         scene = parse_scene(text)
-        assert (steps_sideways(scene), targets(scene.path)) == (sideways, [first])
+        assert (path.steps_sideways(scene), path.targets(scene.path)) == (sideways, [first])
 
 
 def test_a_summary_of_a_study_holds_what_was_studied(plane_strain):
@@ -175,21 +161,21 @@ def test_a_summary_of_a_study_holds_what_was_studied(plane_strain):
         stick_ratio=np.array([np.nan, *[0.5] * 10]),
         rank_by_share=((0.3, 0.4),),
     )
-    assert [*asdict(study_summary(study)).values()] == [
+    assert [*asdict(analysis.study_summary(study)).values()] == [
         *(study.friction_coefficient, 0.7, 0.6, study.threshold, 0.05, 0.5),
         *((0.0, 4.0), (1.0, 5.0), 11, ((0.3, 0.4),)),
     ]
     later = replace(study, gage_area_mm=np.array([0.0, *[2.0] * 10]))
-    assert study_summary(later).gage_area_mm == (2.0, 2.0)
+    assert analysis.study_summary(later).gage_area_mm == (2.0, 2.0)
 
 
 def test_a_summary_of_a_mesh_is_of_its_quality(plane_strain):
     mesh, design = plane_strain.mesh, load_design("maeno2000")
-    found = asdict(mesh_summary(mesh, design))
+    found = asdict(analysis.mesh_summary(mesh, design))
     assert (found.pop("elements"), found.pop("mesher")) == (len(mesh.cells), "synthetic")
     assert found == {key: getattr(assess(mesh, design), key) for key in found}
     bare = with_values(design, {"plates.model": "none"})
-    assert mesh_summary(mesh, bare).worst_plate_volume_error is None
+    assert analysis.mesh_summary(mesh, bare).worst_plate_volume_error is None
 
 
 def stated(friction=0.5, summary=None):
@@ -197,7 +183,7 @@ def stated(friction=0.5, summary=None):
     problem = contact_problem(half_plane(1.0, 41, 20.0), Plane(0.0), friction)
     steps = list(follow(problem, [Motion(0.02, 0.0), Motion(0.02, 0.002)]))
     choice = Choice(Case(DESIGN, SCENE), None, None, [], summary)
-    return caveats(choice, SCENE, problem, steps), problem, steps
+    return analysis.caveats(choice, SCENE, problem, steps), problem, steps
 
 
 def test_a_ladder_that_falls_short_states_its_worst_quantity():

@@ -269,9 +269,11 @@ def test_files_open_in_pyvista_with_all_they_hold(which, request, tmp_path):
     import pyvista
 
     analysis = request.getfixturevalue(which)
-    some = FieldHistory((0, 7), analysis.fields.displacement[[0, 7]])
+    some = FieldHistory((0, 7), analysis.fields.displacement[[0, 7]] + 0.01)
     paths = write_fields(tmp_path, analysis.mesh, some)
     assert [path.name for path in paths] == ["fields_01.vtu", "fields_08.vtu"]
+    many = write_fields(tmp_path, analysis.mesh, dataclasses.replace(some, increments=(7, 99)))
+    assert [path.name for path in many] == ["fields_008.vtu", "fields_100.vtu"]
     grid = pyvista.read(paths[1])
     mesh = analysis.mesh
     triangle, prism = 22, 32  # VTK's quadratic ones
