@@ -1,5 +1,6 @@
 """``fingerdesign analyse`` and ``grip``: from design files to results and reports."""
 
+import shlex
 from collections import Counter
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -249,7 +250,7 @@ def _say_failure(result: Result) -> None:
 
 def _show(result: Result, folder: Path, file: str) -> None:
     """The result as a block; file: of its design, as the user named it."""
-    say_block(verdict_view(result, file), folder)
+    say_block(verdict_view(result, shlex.quote(file)), folder)
     if details():
         _say_details(result)
 

@@ -1,5 +1,6 @@
 """``fingerdesign study``: controllers judged on one design, tuned before it on request."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
@@ -126,7 +127,8 @@ def study(
     detectors on recordings."""
     held_out, to = instead.held_out, instead.to
     if (folder := instead.recorded) is not None:
-        _refuse_axes("--recorded takes no other options", axes, hands, fidelity)
+        why = "--recorded takes no other options"
+        _refuse_axes(why, axes, hands, fidelity, ["workers"] * (workers is not None))
         if {design_file, held_out, to} != {None}:
             raise click.UsageError("--recorded judges no design: leave out DESIGN and other work")
         return _recorded(folder, out / sets.NAME)
@@ -148,9 +150,15 @@ def study(
         return _study(design_file, out, hands, workers or usable_cores(), fidelity, axes)
 
 
-def _refuse_axes(why: str, axes: Axes, hands: Hands, fidelity: str) -> None:
-    """UsageError for an option that would change the set."""
+def _refuse_axes(
+    why: str, axes: Axes, hands: Hands, fidelity: str, more: Sequence[str] | None = None
+) -> None:
+    """UsageError for an option that would change the set; more: where no hand is judged, others."""
     given = [key for key, value in vars(axes).items() if value]
+    if more is not None:
+        chosen = (hands.controllers, hands.program, hands.estimator_file)
+        names = ("controller", "program", "estimator")
+        given += [*(key for key, value in zip(names, chosen, strict=True) if value), *more]
     given += ["tune"] * hands.tune + ["fidelity"] * (fidelity != "plane-strain")
     if given:
         raise click.UsageError(f"{why}: leave out {', '.join(given)}")

@@ -110,7 +110,7 @@ def _places(folder: Path) -> list[Path]:
     inside = sorted(folder.iterdir()) if folder.is_dir() else []
     if found := [each for each in inside if not each.name.startswith(".") and _known(each)]:
         return found
-    pages = [each for each in inside if each.suffix == ".html"]
+    pages = [e for e in inside if e.suffix == ".html" and e.is_file() and e.name[0] != "."]
     remedy = "give DIR/NAME of what was written, or the DIR that it got as --out"
     if pages:  # of a search that has found no finger yet
         remedy = f"{shlex.quote(str(pages[0]))} is a page: open it in a browser"
@@ -207,7 +207,7 @@ def _show(view: _View | _Other) -> None:
 
 
 def _verdicts(view: _View) -> VerdictView:
-    return verdict_view(view.result, str(view.place / DESIGN))
+    return verdict_view(view.result, shlex.quote(str(view.place / DESIGN)))
 
 
 def _show_line(view: _View | _Other) -> None:

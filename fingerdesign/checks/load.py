@@ -65,7 +65,8 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
     if design.body.step is not None:  # its file, which may change, decides its sizes
         for key in ("width_mm", "depth_mm", "base_height_mm"):
             del data["body"][key]
-    for key, value in values.items():
+    # A hardness takes a modulus away: one that is set next to it comes later.
+    for key, value in sorted(values.items(), key=lambda item: not item[0].endswith(".shore_a")):
         set_value(data, key, value)
     return judge_data(data).sound(design.design.name)
 

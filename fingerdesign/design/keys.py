@@ -66,6 +66,8 @@ def set_value(data: dict[str, Any], key: str, value: object) -> None:
     else:
         if places[:1] == ["materials"] and last != "source":
             table.pop("source", None)  # no longer that source's values
+        if places[:1] == ["materials"] and last == "shore_a" and value is not None:
+            table.pop("youngs_modulus_MPa", None)  # which follows the hardness
         if value is None:
             table.pop(last, None)
         else:

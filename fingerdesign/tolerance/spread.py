@@ -82,9 +82,7 @@ def tolerance(
         fidelity=fidelity,
         rows=tuple(_row(found, sources, parts, areas, k) for k in range(found.readings.rows)),
         sources=tuple(_sources(found, sources, parts)),
-        gage_std_microstrain=tuple(
-            float(value) for value in np.sqrt(_total(parts["reading"]).mean(axis=0))
-        ),
+        gage_std_microstrain=gage_deviations(_total(parts["reading"])),
         yield_by_motion=yield_by_motion(found, sources),
         cast=cast,
         seconds=round(time.perf_counter() - start, 2),
@@ -151,6 +149,15 @@ def _row(
         gage_area_std_mm=pair("gage_area"),
         on_kink=float(found.on_kink[k]),
     )
+
+
+def gage_deviations(variance: Array) -> tuple[float, ...]:
+    """Of each gage the root of its mean variance (rows, gages).
+
+    >>> gage_deviations(np.array([[9.0, 0.0], [16.0, 2.0]]))
+    (3.5355339059327378, 1.0)
+    """
+    return tuple(map(float, np.sqrt(variance.mean(axis=0))))
 
 
 def _rms(variance: Array) -> float:

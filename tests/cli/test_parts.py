@@ -5,13 +5,18 @@ from contextlib import suppress
 
 import click
 import pytest
-from fingerdesign_cli import analyse, options, sensing, trials
+from fingerdesign_cli import analyse, check, options, sensing, trials
 from fingerdesign_cli.commands import finger
+from fingerdesign_cli.studies import compare
 from fingerdesign_cli.terminal import _Pace, part_of
 
 from fingerdesign import load_design
 from fingerdesign.errors import DesignError
+from fingerdesign.layout.summary import summarise
+from fingerdesign.search.compare.read import Comparison, facts_of
+from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.trials.grid import SEALED_SEED, ControlGrid, Perturbed
+from tests.support.any_outcomes import any_outcomes
 from tests.support.grips import grip
 
 
@@ -90,3 +95,27 @@ def test_targets_take_their_own_options_alone():
                 sensing._refuse_target(sensing.Target(to=to, **none | option), not option)
                 taken.add(to)
         assert taken == takers
+
+
+def test_columns_of_distances_are_under_their_headings(calls_of):
+    shown = calls_of(check, "print_table")
+    found = summarise(load_design("maeno2000"))
+    check._show([found], "")
+    ((_, headings, (row,)), _), *_ = shown
+    by_heading = dict(zip(headings, row, strict=True))
+    assert float(by_heading["side"]) == pytest.approx(found.least_side_mm, abs=6e-3)
+    assert float(by_heading["base"]) == pytest.approx(found.least_base_mm, abs=6e-3)
+
+
+def test_columns_of_compared_designs_are_under_their_headings(calls_of):
+    made = any_outcomes(12)
+    facts = facts_of("made", made)
+    best = recommend(made, facts.objectives, facts.constraints)
+    shown = calls_of(compare, "print_table")
+    compare._show_designs(Comparison(made, facts), best)
+    ((_, headings, rows, *_), _), *_ = shown
+    for name, standing, *cells in rows:
+        (own,) = (each for each in made if each.name == name)
+        assert standing not in cells
+        error = dict(zip(headings[2:], cells, strict=True))["stick error"]
+        assert float(error.split()[0]) == pytest.approx(own.metrics["stick_error"], rel=1e-2)

@@ -182,7 +182,7 @@ def test_page_and_csv(outcomes, page, tmp_path, terminal):
         (["--objective", "cost:min", "--objective", "cost:max"], "a metric once"),
         (["nowhere"], "RESULT = nowhere"),
         (["--out", "page.txt"], "must end in .html"),
-        (["--csv", "new/page.html"], "must not be that of another option"),
+        (["--csv", "new/page.html"], "must end in .csv"),
         # Nothing of the study is written over.
         (["--out", "study"], "choose another"),
         (["--out", "study/outcomes.jsonl"], "choose another"),

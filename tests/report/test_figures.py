@@ -14,7 +14,7 @@ from fingerdesign.analysis.page.contact import force_figure, traction_figure
 from fingerdesign.analysis.page.gage import area_figure, response_figure
 from fingerdesign.analysis.page.page import report_figures
 from fingerdesign.records.arrays import OPEN
-from fingerdesign.report.figure import LOOKS, Panel, panels
+from fingerdesign.report.figure import LOOKS, Panel, Triangles, panels
 from fingerdesign.report.style import COLOURS, house_style
 
 
@@ -146,3 +146,9 @@ def test_panels_stand_in_rows_and_name_each_line_once():
     rises = [layout[f"yaxis{k}"]["range"] for k in ("", 2, 3)]
     assert rises == [None, (0.0, 9.0), (-1.0, 1.0)]  # of zeros no scale of rounding
     assert layout["yaxis3"]["domain"][1] < layout["yaxis2"]["domain"][0]
+
+
+def test_edges_that_end_at_the_seam_of_two_halves_are_drawn():
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 1.0]])
+    drawn = Triangles(corners, np.array([[0, 1, 2]])).outline(30.0, mirrored=True)
+    assert len(drawn["x"]) == 2 * 3  # of three edges the one that lies in the seam is left out

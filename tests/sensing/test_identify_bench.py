@@ -297,6 +297,12 @@ def test_gains_and_touch_are_fitted_without_another_finger(design, calls_of):
     curves = bench_curves(bench.phases, model.curves().calibration.gage_x)
     measured = Measured(design, bench.phases, curves, Noise(0.5, 0.005))
     data = bench_fit._data(measured, np.ones(GAGES, bool))
+    # A response is a reading over a pull: so is its deviation.
+    pulls, _ = bench_fit.small_pulls(bench.phases, len(data.where.sheared))
+    mesh = bench_fit.MESH["plane-strain"]
+    own = np.hypot(2.0**0.5 * measured.mean_noise.gage, bench_fit._SMALL * mesh[0]) / pulls
+    rows = data.strain_deviation[data.where.readings :][: len(pulls), 0]
+    assert rows == pytest.approx(np.hypot(own, mesh[1]))
     latents = [Latent("poisson"), Latent("touch")]
     latents += [Latent("gain", number) for number in range(1, GAGES + 1)]
     problem = bench_fit._Problem(model, data, latents)

@@ -100,8 +100,10 @@ def _why_not(option: str, given: Path, read: set[Path], taken: set[Path]) -> str
     path = given.resolve()
     above = next((each for each in path.parents if each.exists()), path)
     cannot = why_no_place(path.parent)
-    results_own = path in read or path.name in (OUTCOMES_FILE, STUDY_FILE, RESULT_FILE)
-    page = option != "--out" or path.suffix.lower() in (".html", ".htm")
+    records = (OUTCOMES_FILE, STUDY_FILE, RESULT_FILE)
+    in_result = given.is_file() and any((path.parent / name).is_file() for name in records)
+    results_own = path in read or path.name in records or in_result
+    ends = (".html", ".htm") if option == "--out" else (".csv",)
     reasons = (
         (
             given.exists() and not given.is_file(),
@@ -109,7 +111,7 @@ def _why_not(option: str, given: Path, read: set[Path], taken: set[Path]) -> str
         ),
         (not above.is_dir(), "must be a file in a folder"),
         (results_own, "must not be a result's own file"),
-        (not page, "must end in .html"),
+        (path.suffix.lower() not in ends, f"must end in {ends[0]}"),
         (path in taken, "must not be that of another option"),
         (bool(cannot), f"must be a file in a folder that can be written into, and {cannot}"),
     )

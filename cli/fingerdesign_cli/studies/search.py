@@ -244,10 +244,11 @@ def _text_for(design_file: Path, out: Path) -> str:
 
 
 def _refuse_in_the_way(design_file: Path, out: Path, *written: Path) -> None:
-    """DesignError where a file that the search writes is the user's own design, or a folder."""
+    """DesignError where a file that the search writes is the user's own, or a folder."""
     for each in written:
-        if each.is_dir() or each.resolve() == design_file.resolve():
-            what = "a folder" if each.is_dir() else "your own design"
+        own = each.suffix == ".toml" and each.is_file()
+        if each.is_dir() or (own and not file_text(each).startswith(_MADE_BY)):
+            what = "a folder" if each.is_dir() else "your own file"
             bound = f"a folder where {each.name} can be written: it is {what}"
             raise DesignError([Fault("--out", str(out), bound, "choose another --out")], str(out))
 

@@ -159,9 +159,10 @@ def _remedies(design: Design, lift: Lift) -> Iterator[str]:
             flat = fidelity == "plane-strain"
             table = mesh.section if flat else mesh
             size = table.contact_size_mm * (count / least if flat else math.sqrt(count / least))
+            lower = f"lower mesh.{'section.' if flat else ''}contact_size_mm to {size:.2g}"
             yield (
                 f"{what} will have about {count} contact nodes in {fidelity}, {least} are enough: "
-                f"lower mesh.{'section.' if flat else ''}contact_size_mm to {size:.2g}"
+                f"{lower if size >= 0.01 else 'the contact is too small for a mesh'}"
             )
     if lift.measurable is False and lift.smallest_stick_change is not None:
         gain = lift.smallest_stick_change / WANTED_STICK_CHANGE

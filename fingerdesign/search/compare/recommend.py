@@ -356,7 +356,11 @@ def _group(
 
 
 def _scaled(values: Array, unsure: Array) -> Array:
-    """By the range of each column, 0 its least; all 0 where its ends are not shown to differ."""
+    """By the range of each column, 0 its least; all 0 where its ends are not shown to differ.
+
+    >>> _scaled(np.array([[2.0, 1.0], [4.0, 3.0]]), np.array([[0.0, 0.0], [0.0, 1.0]])).tolist()
+    [[0.0, 0.0], [1.0, 0.0]]
+    """
     low, high = values.min(axis=0), values.max(axis=0)
     chance = SHOWN * math.sqrt(2.0) * unsure.max(axis=0)
     width = np.where(high - low > chance, high - low, np.inf)
