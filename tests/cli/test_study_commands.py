@@ -183,6 +183,8 @@ def test_page_and_csv(outcomes, page, tmp_path, terminal):
         (["nowhere"], "RESULT = nowhere"),
         (["--out", "page.txt"], "must end in .html"),
         (["--csv", "new/page.html"], "must end in .csv"),
+        (["--csv", "notes.toml"], "must end in .csv"),
+        (["--csv", "study/history.csv"], "a result's own file"),
         # Nothing of the study is written over.
         (["--out", "study"], "choose another"),
         (["--out", "study/outcomes.jsonl"], "choose another"),
@@ -192,6 +194,7 @@ def test_page_and_csv(outcomes, page, tmp_path, terminal):
 )
 def test_wrong_input_of_a_comparison_is_named(outcomes, page, terminal, in_tmp_path, more, named):
     os.mkfifo("pipe.html")
+    (outcomes / "history.csv").touch()
     assert named in terminal("compare", "study", "--out", page, *more, code=2).err
     assert not page.exists()
     assert read_comparison([outcomes]).outcomes == MADE
@@ -206,3 +209,12 @@ def test_the_time_left_of_a_search_that_goes_on_is_by_the_trials_of_this_run():
     (now,) = shown
     assert (now.number, now.of) == (24, 40)
     assert now.left == pytest.approx(now.seconds / 4 * 16)  # four came since it began
+
+
+def test_a_users_own_file_is_not_taken_for_one_of_a_search(tmp_path, terminal):
+    own = tmp_path / "plain-optimised.toml"
+    terminal("new", tmp_path / "plain.toml", "-q")
+    own.write_text("my notes", "utf-8")
+    refused = terminal("optimise", tmp_path / "plain.toml", "--out", tmp_path, code=2).err
+    assert "your own file" in refused
+    assert own.read_text("utf-8") == "my notes"

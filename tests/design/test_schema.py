@@ -319,6 +319,11 @@ def test_a_hardness_stands_for_a_modulus():
         "body"
     )
     assert both.youngs_modulus_MPa == 0.5
+    design, key = parse_design(text), "materials.mine.shore_a"
+    changed = with_values(design, {key: 60}).material_of("body")
+    assert changed.youngs_modulus_MPa == pytest.approx(gent_youngs_modulus(60.0), rel=1e-3)
+    own = {"materials.mine.youngs_modulus_MPa": 2.0, key: 60}
+    assert with_values(design, own).material_of("body").youngs_modulus_MPa == 2.0
     for wrong in ('"hard"', "300", "true"):
         with pytest.raises(DesignError, match=r"materials\.mine"):
             parse_design(text.replace("30", wrong))

@@ -665,3 +665,9 @@ def test_of_two_workbooks_none_is_chosen_in_silence(tmp_path):
         workbook(tmp_path / f"EXPERIMENTAL_DATA_{name}.xlsx")
     with pytest.raises(DesignError, match=r"DATA_1\.xlsx, .*DATA_2\.xlsx: must be one such file"):
         sets.judge_recorded(tmp_path)
+
+
+@pytest.mark.parametrize("option", ["--controller", "--estimator", "--program", "--workers"])
+def test_options_of_hands_are_refused_where_recordings_are_judged(option, tmp_path, terminal):
+    value = "2" if option == "--workers" else "regulator"
+    assert option[2:] in terminal("study", "--recorded", tmp_path, option, value, code=2).err
