@@ -94,7 +94,8 @@ def _holes(design: Design, row: PlateRow) -> list[Fault]:
     least = 2.0 * (apart + abs(gages.z_mm))
     remedy = f"raise it to at least {at_least(least)} or narrow the gage"
     if least > frame.span - 3.0 * diameter or gages.z_mm:
-        remedy = "narrow the gage, make the holes smaller, or set gages.z_mm = 0"
+        remedy = "narrow the gage or make the holes smaller"
+        remedy += ", or set gages.z_mm = 0" if gages.z_mm else ""
     return [Fault("plates.hole_pitch_mm", pitch, bound, remedy)]
 
 

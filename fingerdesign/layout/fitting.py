@@ -163,7 +163,8 @@ def gage_words(design: Design, fit: GageFit | None, mends: str = "") -> str | No
         if (added := _stiffness(design, fit.nearest)) > _STIFFENS:
             words += f", and the gage stiffens it by up to {added:.0%}"
     if fit.others and (named or fit.others[0] not in fit.films):
-        words += f"; the nearest type that fits: gages.kind = '{fit.others[0]}'"
+        key = "gages.kind" if design.mold.gage == "auto" else "mold.gage"
+        words += f"; the nearest type that fits: {key} = '{fit.others[0]}'"
     if fit.films:
         words += f"; or film made on the plates: mold.gage = '{fit.films[-1]}'"
     return words
@@ -197,7 +198,7 @@ def stiffness_words(design: Design, fit: GageFit | None) -> str | None:
     cast = None if fit is None or fit.found is None else fit.found.name
     if cast is not None and design.gages.kind not in (None, cast):
         read = f"gages: gages.kind = '{design.gages.kind}' is read"
-        return f"{read}, but mold.gage = '{cast}' is cast; remove one of the two lines"
+        return f"{read}, but mold.gage = '{cast}' is cast: name the same in both"
     added = gage_stiffness(design, fit)
     if added <= _STIFFENS or fit is None or fit.found is None:
         return None
@@ -218,8 +219,12 @@ def _change(design: Design, fit: GageFit) -> str:
     if wide > min(frame.span for frame in plate_frames(design)):
         changes.append(f"plates.span_mm = {wide:g}")
     if fit.width > fit.room[1] and design.plates.hole_diameter_mm:
-        pitch = fit.width + design.plates.hole_diameter_mm
-        changes.append(f"plates.hole_pitch_mm = {pitch:g}")
+        hole = design.plates.hole_diameter_mm
+        spans = max(wide, *(frame.span for frame in plate_frames(design)))
+        pitch = f"plates.hole_pitch_mm = {fit.width + hole:g}"
+        # As far as holes of that distance fit into the span (checks.plates).
+        apart = not design.gages.z_mm and fit.width + 4.0 * hole <= spans
+        changes.append(pitch if apart else "no holes")
     assert fit.nearest is not None
     radii = [f.bend_radius for f in plate_frames(design) if f.bend_radius is not None]
     if min(radii, default=math.inf) < fit.nearest.bend_mm:

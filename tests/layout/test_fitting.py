@@ -124,6 +124,17 @@ def test_a_kind_that_does_not_fit_names_the_nearest_that_does(small):
     assert gage_fit(tee).found is None  # Two bars lie side by side: 0.65 mm.
 
 
+def test_holes_stand_apart_for_a_gage_or_go(small):
+    """A tee of 4.5 mm between holes of 0.3; a pitch that is named makes a sound design."""
+    own = {"plates.hole_diameter_mm": 0.3, "gages.grid": "tee"}
+    for span, named in ((8.0, "plates.hole_pitch_mm = 4.8"), (5.0, "no holes")):
+        holed = with_values(small, own | {"plates.span_mm": span})
+        words = gage_words(holed, gage_fit(holed))
+        assert named in words
+        assert "plates.span_mm" not in words
+    with_values(small, own | {"plates.span_mm": 8.0, "plates.hole_pitch_mm": 4.8})
+
+
 def test_gages_stiffen_their_plates(small):
     """Silicon of 0.015 mm on both faces of bronze of 0.1 mm; foil hardly counts there."""
     bars = with_values(small, {"gages.kind": "silicon_bar_05", "gages.face": "both"})

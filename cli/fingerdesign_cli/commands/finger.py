@@ -300,7 +300,7 @@ def view() -> None:
     DESIGN is a file or a shipped design's name. OUT/NAME.svg and OUT/NAME.png show its section, its
     side and one plate enlarged, in a second: nothing is meshed or solved.
 
-    DIR is a folder that a command wrote, a folder of such folders, or a page of compare. The
+    DIR is a folder that a command wrote, or a folder of such folders. The
     terminal shows what is in it, what is good and bad in it, and where its report is. A result's
     report that is missing is drawn, but not with --quiet or --json.
 
