@@ -13,6 +13,7 @@ from typing import Any
 
 from fingerdesign.analysis.verdicts import FIDELITY_WORDS, two_digits
 from fingerdesign.errors import shown
+from fingerdesign.records.statistics import Share
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.files import whole_text
 from fingerdesign_cli.terminal import number
@@ -201,18 +202,28 @@ def _calibration(data: _Data, _: Path) -> Look:
 
 @_look("recorded.json", "recorded.html")
 def _recordings(data: _Data, _: Path) -> Look:
-    rows, rates = [], {}
-    for own in data["sets"]:
-        for each in own["scores"]:
-            shares = [each[key]["rate"] for key in ("right", "found", "false")]
-            words = ["-" if share is None else number(share, 0, 100.0) for share in shares]
-            rows.append([own["name"], each["detector"], *words])
-            if each["ours"]:
-                rates[f"{each['detector']}, {own['name']}"] = shares[0]
-    good, bad = _judged(rates, "right")
-    bad += [f"not read: {words}" for words in data["unread"]]
+    from pydantic import TypeAdapter
+
+    from fingerdesign.trials.recorded.page import verdicts
+    from fingerdesign.trials.recorded.sets import RecordedData
+
+    whole = TypeAdapter(RecordedData).validate_json(json.dumps(data))
+    said: dict[str, list[str]] = {"pass": [], "fail": [], "note": []}
+    for each in verdicts(whole):
+        said[each.status].append(f"{each.name}: {each.number}, {each.target}, {each.count}")
+    rows = [
+        [own.name, each.detector, *map(_percent_of, (each.right, each.found, each.false))]
+        for own in whole.sets
+        for each in own.scores
+    ]
+    bad = [*said["fail"], *(f"not read: {words}" for words in whole.unread)]
     headings = ("recordings", "detector", "right %", "found %", "false %")
-    return Look(f"detectors of slip on {data['folder']}", good, bad, (), headings, rows)
+    what = f"detectors of slip on {whole.folder}"
+    return Look(what, said["pass"], bad, said["note"], headings, rows)
+
+
+def _percent_of(share: Share) -> str:
+    return "-" if share.rate is None else number(share.rate, 0, 100.0)
 
 
 @_look("validate.json", "validate.html")

@@ -163,11 +163,15 @@ FOLDERS = json.loads("""{
 [{"controller": "x", "by_noise": [{"noise_microstrain": 0.5, "success": {"rate": 0.2},
 "dropped": 1, "crushed": 0, "not_lifted": 3, "margin_at_lift": null}]}], "design": "a", "model":
 {"fidelity": "3d"}, "grips": 5, "warnings": []},
-"recorded.json": {"folder": "a", "unread": [], "sets": [{"name": "b", "scores": [{"detector": "x",
-"ours": true, "right": {"rate": 0.4}, "found": {"rate": 0.9}, "false": {"rate": null}}]}]},
 "unlike.json": {"plants": 3, "design": "a", "fidelity": "3d", "summaries": {"all": {"x":
 {"success": {"rate": 0.2}}}}}
 }""")
+_HALF = {"count": 1, "of": 2, "rate": 0.5, "low": 0.1, "high": 0.9}
+_SCORE = {"detector": "x", "ours": True, "note": "", "rank": 0.4, "early": None, "lead_s": None}
+_SCORE |= dict.fromkeys(("right", "found", "false"), _HALF)
+_SET = {"name": "b", "source": "", "published": "", "recordings": 2, "slips": 1, "unknown": 0}
+_SETS = [_SET | {"scores": [_SCORE]}]
+FOLDERS["recorded.json"] = {"folder": "a", "sets": _SETS, "friction": None, "unread": []}
 FOLDERS["lesson.json"] = FOLDERS["training.json"] | {"used_errors": [0.2]}  # As once written.
 del FOLDERS["lesson.json"]["friction_utilisation_errors"]
 
