@@ -35,6 +35,11 @@ def parts_of(key: str) -> tuple[str | int, ...]:
     return tuple(parts)
 
 
+# What no longer holds of a material of which another value is set: its source, and the modulus that
+# follows its hardness.
+_DECIDED = {"source": (), "shore_a": ("source", "youngs_modulus_MPa")}
+
+
 def set_value(data: dict[str, Any], key: str, value: object) -> None:
     """Set a dotted key in a design's nested tables, in place; None takes it away.
 
@@ -64,10 +69,10 @@ def set_value(data: dict[str, Any], key: str, value: object) -> None:
     elif not isinstance(table, dict):
         raise refused(f"{places[-1]} is a value")
     else:
-        if places[:1] == ["materials"] and last != "source":
-            table.pop("source", None)  # no longer that source's values
-        if places[:1] == ["materials"] and last == "shore_a" and value is not None:
-            table.pop("youngs_modulus_MPa", None)  # which follows the hardness
+        if places[:1] == ["materials"]:
+            gone = _DECIDED.get(str(last), ("source",))
+            for each in gone[: 1 if value is None else None]:
+                table.pop(each, None)
         if value is None:
             table.pop(last, None)
         else:

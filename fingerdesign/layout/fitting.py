@@ -219,12 +219,7 @@ def _change(design: Design, fit: GageFit) -> str:
     if wide > min(frame.span for frame in plate_frames(design)):
         changes.append(f"plates.span_mm = {wide:g}")
     if fit.width > fit.room[1] and design.plates.hole_diameter_mm:
-        hole = design.plates.hole_diameter_mm
-        spans = max(wide, *(frame.span for frame in plate_frames(design)))
-        pitch = f"plates.hole_pitch_mm = {fit.width + hole:g}"
-        # As far as holes of that distance fit into the span (checks.plates).
-        apart = not design.gages.z_mm and fit.width + 4.0 * hole <= spans
-        changes.append(pitch if apart else "no holes")
+        changes.append(_apart_enough(design, fit.width))
     assert fit.nearest is not None
     radii = [f.bend_radius for f in plate_frames(design) if f.bend_radius is not None]
     if min(radii, default=math.inf) < fit.nearest.bend_mm:
@@ -232,6 +227,15 @@ def _change(design: Design, fit: GageFit) -> str:
     if fit.length > fit.room[0] and design.plates.number > 1:
         changes.append("a pitch or count that leaves it room")
     return ", ".join(changes)
+
+
+def _apart_enough(design: Design, width: float) -> str:
+    """The distance of holes that leave such a width between them, as far as they then fit into the
+    span (checks.plates)."""
+    hole = design.plates.hole_diameter_mm or 0.0
+    span = max(frame.span for frame in plate_frames(design))
+    fits = not design.gages.z_mm and width + 4.0 * hole <= max(span, width)
+    return f"plates.hole_pitch_mm = {width + hole:g}" if fits else "no holes"
 
 
 def sheet_words(design: Design) -> list[str]:

@@ -152,7 +152,7 @@ def _row(
 
 
 def gage_deviations(variance: Array) -> tuple[float, ...]:
-    """Of each gage the root of its mean variance (rows, gages).
+    """The root of the mean variance (rows, gages) of each gage.
 
     >>> gage_deviations(np.array([[9.0, 0.0], [16.0, 2.0]]))
     (3.5355339059327378, 1.0)
