@@ -5,8 +5,8 @@ import pytest
 from tests.support.laws import LAWS, known
 
 # Both bodies, planes, a slope and a cylinder; plates turned, bent and as sheets.
-FAST = {"plane-strain": (2, 4, 9), "3d": (4,)}
-SLOW = {"plane-strain": (0, 1, 3, 5, 13), "3d": (8,)}
+FAST = {"plane-strain": (2, 4, 9), "3d": ()}
+SLOW = {"plane-strain": (0, 1, 3, 5, 13), "3d": (4, 8)}
 CASES = [
     pytest.param(name, fidelity, seed, marks=marks, id=f"{name}, {fidelity}, {seed}")
     for seeds, marks in ((FAST, ()), (SLOW, pytest.mark.slow))

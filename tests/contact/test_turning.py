@@ -101,11 +101,12 @@ def test_a_centre_in_the_middle_changes_nothing():
         assert abs(own.state.motion.twist_deg) < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pressure", "moment"),
     [
         # Integrals of mu p r over a circle of radius a, of the normal force N: in mu N a.
-        pytest.param("even", 2.0 / 3.0, marks=pytest.mark.slow),
+        ("even", 2.0 / 3.0),
         ("hertz", 3.0 * np.pi / 16.0),  # Lubkin 1951
     ],
 )

@@ -133,10 +133,9 @@ def answer(design, sign, fidelity):
         ("upright", "plane-strain"),
         ("pairs", "plane-strain"),
         ("solid", "plane-strain"),
-        ("sheets", "3d"),
         *(
             pytest.param(name, "3d", marks=pytest.mark.slow)
-            for name in ("level sheets", "upright sheets", "upright", "solid")
+            for name in ("sheets", "level sheets", "upright sheets", "upright", "solid")
         ),
     ],
 )

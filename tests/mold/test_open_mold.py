@@ -178,6 +178,7 @@ def test_its_stl_files_are_closed_and_hold_their_volumes(made):
         assert surface.extents == pytest.approx(np.ptp(part.vertices, axis=0), abs=1e-4)
 
 
+@pytest.mark.slow
 def test_its_step_files_touch_but_do_not_overlap_and_enclose_the_finger(made):
     design, plan, meshes, folder = made
     names = [part.name for part in meshes.parts]

@@ -60,7 +60,13 @@ def _unknowns(system, moved, pressure):
 
 @pytest.mark.parametrize(
     ("kind", "uneven"),
-    [("plain", False), ("section", False), ("swept", False), ("swept", True), ("tetrahedra", True)],
+    [
+        ("plain", False),
+        ("section", False),
+        ("swept", False),
+        ("tetrahedra", True),
+        pytest.param("swept", True, marks=pytest.mark.slow),
+    ],
 )
 def test_products_are_differences_of_the_stiffness(kind, uneven):
     """Of places (in a swept body alike from layer to layer, or not) and of a modulus."""
