@@ -208,18 +208,18 @@ def _recordings(data: _Data, _: Path) -> Look:
     from fingerdesign.trials.recorded.sets import RecordedData
 
     whole = TypeAdapter(RecordedData).validate_json(json.dumps(data))
-    said: dict[str, list[str]] = {"pass": [], "fail": [], "note": []}
+    judged: dict[str, list[str]] = {"pass": [], "fail": [], "note": []}
     for each in verdicts(whole):
-        said[each.status].append(f"{each.name}: {each.number}, {each.target}, {each.count}")
+        judged[each.status].append(f"{each.name}: {each.number}, {each.target}, {each.count}")
     rows = [
         [own.name, each.detector, *map(_percent_of, (each.right, each.found, each.false))]
         for own in whole.sets
         for each in own.scores
     ]
-    bad = [*said["fail"], *(f"not read: {words}" for words in whole.unread)]
+    bad = [*judged["fail"], *(f"not read: {words}" for words in whole.unread)]
     headings = ("recordings", "detector", "right %", "found %", "false %")
     what = f"detectors of slip on {whole.folder}"
-    return Look(what, said["pass"], bad, said["note"], headings, rows)
+    return Look(what, judged["pass"], bad, judged["note"], headings, rows)
 
 
 def _percent_of(share: Share) -> str:

@@ -216,7 +216,7 @@ def _change(design: Design, fit: GageFit) -> str:
     if fit.length > fit.room[0]:
         changes.append(f"plates.length_mm = {fit.length:g}")
     wide = fit.width + 2.0 * abs(design.gages.z_mm)
-    if wide > min(frame.span for frame in plate_frames(design)):
+    if wide > min(frame.span for frame in plate_frames(design)) + _ROUNDING_MM:
         changes.append(f"plates.span_mm = {wide:g}")
     if fit.width > fit.room[1] and design.plates.hole_diameter_mm:
         changes.append(_apart_enough(design, fit.width))

@@ -214,7 +214,9 @@ def test_the_time_left_of_a_search_that_goes_on_is_by_the_trials_of_this_run():
 def test_a_users_own_file_is_not_taken_for_one_of_a_search(tmp_path, terminal):
     own = tmp_path / "plain-optimised.toml"
     terminal("new", tmp_path / "plain.toml", "-q")
-    own.write_text("my notes", "utf-8")
-    refused = terminal("optimise", tmp_path / "plain.toml", "--out", tmp_path, code=2).err
-    assert "your own file" in refused
-    assert own.read_text("utf-8") == "my notes"
+    # Notes of the user's; a design that a search once made and that is the one to begin with.
+    made = "# Made by `fingerdesign optimise\n" + (tmp_path / "plain.toml").read_text("utf-8")
+    for text, design in (("my notes", tmp_path / "plain.toml"), (made, own)):
+        own.write_text(text, "utf-8")
+        assert "your own file" in terminal("optimise", design, "--out", tmp_path, code=2).err
+        assert own.read_text("utf-8") == text

@@ -246,8 +246,10 @@ def _text_for(design_file: Path, out: Path) -> str:
 def _refuse_in_the_way(design_file: Path, out: Path, *written: Path) -> None:
     """DesignError where a file that the search writes is the user's own, or a folder."""
     for each in written:
-        own = each.suffix == ".toml" and each.is_file()
-        if each.is_dir() or (own and not file_text(each).startswith(_MADE_BY)):
+        own = each.resolve() == design_file.resolve()
+        if each.suffix == ".toml" and each.is_file():
+            own = own or not file_text(each).startswith(_MADE_BY)
+        if each.is_dir() or own:
             what = "a folder" if each.is_dir() else "your own file"
             bound = f"a folder where {each.name} can be written: it is {what}"
             raise DesignError([Fault("--out", str(out), bound, "choose another --out")], str(out))

@@ -32,6 +32,7 @@ from fingerdesign.records.result import MOST_FORCE
 _SHEAR_LAG = 2.0
 _CHANGE = 0.4
 _GAGES_OFF = 5.0  # Within this factor of the target the forecast is open.
+_FINEST_MM = {"plane-strain": 1e-3, "3d": 1e-2}  # the least contact_size_mm of a mesh
 _FACET = 0.87  # area to a node of a mesh of triangles, over the square of their size
 
 
@@ -159,10 +160,12 @@ def _remedies(design: Design, lift: Lift) -> Iterator[str]:
             flat = fidelity == "plane-strain"
             table = mesh.section if flat else mesh
             size = table.contact_size_mm * (count / least if flat else math.sqrt(count / least))
-            lower = f"lower mesh.{'section.' if flat else ''}contact_size_mm to {size:.2g}"
+            change = f"lower mesh.{'section.' if flat else ''}contact_size_mm to {size:.2g}"
+            if size < _FINEST_MM[fidelity]:
+                change = "no mesh is fine enough for so small a contact"
             yield (
                 f"{what} will have about {count} contact nodes in {fidelity}, {least} are enough: "
-                f"{lower if size >= 0.01 else 'the contact is too small for a mesh'}"
+                f"{change}"
             )
     if lift.measurable is False and lift.smallest_stick_change is not None:
         gain = lift.smallest_stick_change / WANTED_STICK_CHANGE
