@@ -21,7 +21,7 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text, kind_of
 from fingerdesign.design.step import StepFacts, step_facts
-from fingerdesign.errors import DesignError, printable
+from fingerdesign.errors import DesignError, Fault, printable
 from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words, stiffness_words
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.summary import Summary, summarise
@@ -42,8 +42,10 @@ from fingerdesign_cli.terminal import (
 if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
     from fingerdesign.analysis.forecast.lift import Lift
+    from fingerdesign.search.study.file import Study
 
 _MANY_FACES = 60  # a question of all faces to all edges: below a second
+_VARIANTS_TRIED = 50  # of a study: 10 ms each
 _NUMBERS_WIDE = 63  # characters of the table without its first column's words
 
 
@@ -159,11 +161,15 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
         study = parse_study(file_text(path, "study"), str(path))
     except DesignError as error:
         return {}, error
-    for judge in (base_design, study_scenes):
-        try:
-            judge(study, path.parent)
-        except DesignError as error:
-            errors.append(error)
+    impossible = None
+    try:
+        impossible = _impossible(study, base_design(study, path.parent))
+    except DesignError as error:
+        errors.append(error)
+    try:
+        study_scenes(study, path.parent)
+    except DesignError as error:
+        errors.append(error)
     if errors:
         return {}, DesignError.together(errors)
     scenes = ", ".join(study.study.scenes) or "the fundamental case and the grips"
@@ -175,7 +181,27 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
         "fidelity": study.study.fidelity,
         "objectives": ", ".join(f"{each.direction} {each.metric}" for each in study.objectives),
     }
-    return facts, None
+    return facts | ({"cannot exist": impossible} if impossible else {}), None
+
+
+def _impossible(study: Study, base: Design) -> str:
+    """How many of a few variants, evenly drawn, cannot exist, and the chief reason; "" of none.
+
+    Raises DesignError where none of them can.
+    """
+    from fingerdesign.search.study.generate import reasons
+    from fingerdesign.search.study.variants import number_of_points, variants
+
+    every = -(-number_of_points(study) // _VARIANTS_TRIED)
+    tried = list(variants(study, base, (1, every)))
+    refused = [each for each in tried if each.design is None]
+    if not refused:
+        return ""
+    _, _, fault, name = reasons(refused)[0]
+    if len(refused) == len(tried):
+        shown = f"variants tried: {len(tried)}"
+        raise DesignError([Fault("parameters", shown, "such that a variant can exist", str(fault))])
+    return f"{len(refused)} of {len(tried)} variants tried ({name}: {fault})"
 
 
 def _notes(design: Design) -> list[str]:

@@ -7,6 +7,7 @@ a design whose keys are sound, the geometry.
 from collections.abc import Iterator, Mapping
 from contextlib import nullcontext
 from difflib import get_close_matches
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +58,8 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
     >>> with_values(design, {"plates.pitch_mm": 0.9}).plates.pitch_mm
     0.9
 
-    A further row's keys are written ``plates.rows[0].cover_mm``. None takes a key's value away.
+    A further row's keys are written ``plates.rows[0].cover_mm``. None takes a key's value away;
+    numpy's numbers and arrays, and paths, are taken like Python's own.
     A controller "package.module:Class" must be permitted first, by ``fingerdesign.allow_code``.
     Raises :class:`DesignError` with every fault.
     """
@@ -67,8 +69,16 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
             del data["body"][key]
     # A hardness takes a modulus away: one that is set next to it comes later.
     for key, value in sorted(values.items(), key=lambda item: not item[0].endswith(".shore_a")):
-        set_value(data, key, value)
+        set_value(data, key, _plain(value))
     return judge_data(data).sound(design.design.name)
+
+
+def _plain(value: object) -> object:
+    """A value as a file would give it."""
+    if isinstance(value, PathLike):
+        return str(value)
+    tolist = getattr(value, "tolist", None)  # of numpy, which is not imported for it
+    return value if tolist is None else tolist()
 
 
 def without_plates(design: Design) -> Design:

@@ -178,6 +178,9 @@ class Mold(Table):
             remedy = "correct it, or add a table [[mold.gage_types]] of that name"
             yield refuse_key(self, "mold.gage", f"auto or one of {', '.join(known)}", remedy)
         own = [each.name for each in self.gage_types]
+        if "auto" in own:
+            bound = "another name: mold.gage = 'auto' chooses one"
+            yield refuse("auto", bound, "rename it", "mold.gage_types")
         if twice := [name for name in dict.fromkeys(own) if own.count(name) > 1]:
             bound = "types of different names"
             yield refuse(", ".join(twice), bound, "rename all but one", "mold.gage_types")

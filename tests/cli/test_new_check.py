@@ -237,3 +237,26 @@ def test_public_names_are_lazy_and_complete():
     assert "analyse" in dir(fingerdesign)
     with pytest.raises(AttributeError, match="nonsense"):
         _ = fingerdesign.nonsense
+
+
+def test_variants_of_a_study_that_cannot_exist_are_counted_and_a_study_of_such_alone_is_refused(
+    tmp_path, terminal
+):
+    study = tmp_path / "s.toml"
+    text = '[study]\nname = "s"\nbase = "tees"\nsampling = "grid"\n[parameters]\n'
+    study.write_text(f"{text}plates.cover_mm = [0.01, 0.6, 0.7]\n", "utf-8")
+    shown = " ".join(terminal("check", study).out.split())
+    assert "cannot exist: 1 of 3 variants tried (s-0001: plates.cover_mm = 0.01" in shown
+    study.write_text(f"{text}plates.cover_mm = [0.6, 0.7]\n", "utf-8")
+    assert "cannot exist" not in terminal("check", study).out
+    study.write_text(f"{text}mesh.file = ['none.msh']\n", "utf-8")
+    refused = terminal("check", study, code=2).err
+    assert "variants tried: 1: must be such that a variant can exist; mesh.file = " in refused
+
+
+def test_what_fixed_keys_make_impossible_is_named_as_theirs(tmp_path, terminal):
+    study = tmp_path / "s.toml"
+    text = '[study]\nname = "s"\nbase = "tees"\nsampling = "grid"\n'
+    given = '[fixed]\n"mesh.section.far_size_mm" = 0.001\n"body.core.height_mm" = 90.0\n'
+    study.write_text(f"{text}{given}[parameters]\nplates.count = [3, 5]\n", "utf-8")
+    assert 'fixed."' in terminal("check", study, code=2).err

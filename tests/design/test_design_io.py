@@ -1,7 +1,9 @@
 """Files in and out: every fault at once, readable; nothing crashes; what is written reads back."""
 
 import os
+from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -161,6 +163,13 @@ def test_with_values_is_checked_like_a_file():
         with_values(design, {"body.arc_radius_mm": 9.0})
     with pytest.raises(DesignError, match="is a value"):
         with_values(design, {"plates.count.x": 3})
+    numbers = {"plates.count": np.int64(3), "plates.offset_mm": np.float64(0.1)}
+    arrays = {"grip.friction_coefficients": np.array([0.3, 0.5]), "mesh.file": Path("none.msh")}
+    assert with_values(design, numbers).plates.count == 3
+    with pytest.raises(DesignError, match=r"^a: mesh\.file = .*none\.msh"):
+        with_values(design, arrays)
+    del arrays["mesh.file"]
+    assert with_values(design, arrays).grip.friction_coefficients == (0.3, 0.5)
     softer = with_values(design, {"materials.silicone.youngs_modulus_MPa": 1.0})
     assert "Maeno" not in softer.material_of("body").source
 

@@ -138,6 +138,7 @@ def test_what_no_bridge_can_be_is_refused(lines, key, words):
         (TYPE.format(1.0, 3.0), "mold.gage_types.carrier_length_mm", "at least grid_length_mm"),
         (TYPE.format(3.0, 0.5), "mold.gage_types.carrier_width_mm", "at least grid_width_mm"),
         (2 * TYPE.format(3.0, 3.0), "mold.gage_types", "types of different names"),
+        (TYPE.format(3.0, 3.0).replace('"mine"', '"auto"'), "mold.gage_types", "another name"),
     ],
 )
 def test_gages_and_wires_that_cannot_be_are_refused(lines, key, words):

@@ -113,6 +113,12 @@ def test_ranges():
         (parameters('"plates.cuont" = [5]'), ["did you mean plates.count?"]),
         (parameters('"plates.count" = { low = 9, high = 9000 }'), ["= 9000: must be at most"]),
         (parameters('"plates.material" = ["bronze"]'), ["'bronze'", "a known material"]),
+        (parameters('"gages.kind" = ["foil_03", "bronze"]'), ["'bronze'", "one of foil_03"]),
+        (parameters('"mold.gage" = ["auto", "bronze"]'), ["'bronze'", "auto or one of foil_03"]),
+        (
+            HEAD + 'scenes = ["pull"]\n' + ONE + '[[objectives]]\nmetric = "peak_ratio"\n',
+            ["'peak_ratio'", "it has no grips", "leave out study.scenes"],
+        ),
         (parameters('"body.depth_mm.x" = [5]'), ['"body.depth_mm.x"']),
         (fixed('"plates.cuont" = 5'), ['fixed."plates.cuont"', "plates.count?"]),
         (fixed('"plates.material" = "\\u0000"'), ["control characters"]),

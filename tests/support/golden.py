@@ -1,458 +1,315 @@
-"""Golden records: what the command line writes, recorded to show that a change changed nothing.
+"""Golden records: what commands print and write, recorded so that a change of any of it is seen.
 
-    python tests/support/golden.py record --tree CHECKOUT --out DIR [--only NAME ...] [--jobs N]
-    python tests/support/golden.py compare OLD_DIR NEW_DIR [--numbers]
+    def test_pages(golden, tmp_path):
+        ...
+        golden("pages", tmp_path / "out", printed)
 
-``record`` runs every case in a folder of its own with a fresh cache, so that none leans on another,
-on an older run or on the caches of whoever runs it. Of each call it records the exit code and what
-was printed; of each file written what must come again: text without times, folders and versions,
-the digest of all else. ``compare`` (golden_compare.py) shows what differs and exits with 1 if
-anything does. Run it with a Python that has the program's dependencies. Libraries run on one
-thread: sums keep their order.
+``golden(name, *things)`` compares folders, files, texts and values with ``tests/golden/name.txt``.
+Words must be equal; numbers may differ by three thousandths or by one of the last digit shown, for
+other processors round otherwise. Times, versions and folders are left out. Of long arrays the
+record has their size, mean, deviation, a mean weighted by place, which sees order, least, largest.
+``GOLDEN=renew pytest tests`` writes the records anew: read what changed before you commit it.
 """
 
-import argparse
 import base64
 import contextlib
 import csv
+import difflib
 import gzip
-import hashlib
 import json
 import os
 import re
-import shlex
-import shutil
-import subprocess
-import sys
 import tempfile
-import time
 import zipfile
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections import Counter, defaultdict
+from html.parser import HTMLParser
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+import numpy as np
+import pytest
 
-from tests.support.golden_compare import differences
-
-FINGER = """
-[design]
-name = "{name}"
-[body]
-shape = "{shape}"
-depth_mm = 8.0
-[plates]
-count = {count}
-material = "polyimide"
-[mesh]
-mesher = "sweep"
-contact_size_mm = 0.7
-plate_size_mm = 0.7
-far_size_mm = 3.0
-layers = 2
-[mesh.section]
-contact_size_mm = 0.15
-plate_size_mm = 0.15
-plate_end_size_mm = 0.06
-far_size_mm = 1.5
-gradation = 0.4
-[grip]
-friction_coefficients = [0.3, 0.8]
-object_mass_g = 150.0
-max_approach_mm = 0.5
-[grip.regulator]
-taught_grips = 60
-taught_fingers = 1
-"""
-STUDY = """
-[study]
-name = "few"
-base = "finger.toml"
-count = 2
-seed = 1
-[parameters]
-"body.arc_radius_mm" = { low = 20.0, high = 40.0 }
-"plates.count" = { low = 5, high = 9, step = 2 }
-[[objectives]]
-metric = "stick_error"
-[[objectives]]
-metric = "cost"
-goal = "min"
-[optimise]
-confirm = 1
-"""
-SCENE = """
-[object]
-shape = "cylinder"
-radius_mm = 30.0
-axis = "z"
-friction_coefficient = 0.4
-[path]
-increments_mm = [[0.05, 0.0], [0.1, 0.0], [0.1, 0.03], [0.1, 0.06]]
-[readout]
-points_mm = [[0.0, 9.0, 0.0]]
-"""
-TRACE = "time_s,dx_mm,dy_mm,normal_force_N,tangential_force_N," + ",".join(
-    f"gage_{n}" for n in range(1, 8)
+RECORDS = Path(__file__).resolve().parents[1] / "golden"
+SHARE, LEAST = 3e-3, 1e-9  # numbers are equal that differ by less of the larger, or by less
+ARRAY = "~ "  # before the line of an array, whose largest number is the scale of all
+NOTHING = 1e-9  # what is less than this of an array's largest value is noise
+LONG = 8  # arrays of more numbers are recorded by their measures
+COPIES = ("design.toml", "design.schema.json", "scene.schema.json", "study.schema.json")
+FEW = 3  # more alike objects are recorded by their columns
+MOMENT = re.compile(  # keys and columns, by their dotted place
+    r"(^|\.)(timings?_s|(better_|core_)?seconds.*|saving|saves|(wall|cpu|core)_s|s|better s"
+    r"|core seconds|time \(s\)|datetime_.*|(peak_)?memory_MB|machine|versions?|worker_id|digest"
+    r"|commit|date|created|.*evaluations|iterations)$|forecast.*time_s$"
 )
-ROWS = [
-    f"{0.01 * k:.2f},{0.004 * (k > 9):.3f},{0.01 * (k < 10):.2f},{0.3 * min(k + 1, 10):.2f},"
-    f"{0.1 * max(k - 9, 0):.2f}," + ",".join(f"{(n - 3) * 0.5 + 0.8 * k:.2f}" for n in range(7))
-    for k in range(20)
-]
-INPUTS = {  # written into the folder of every case
-    "finger.toml": FINGER.format(name="finger", shape="arc", count=7),
-    "bare.toml": FINGER.format(name="bare", shape="arc", count=0),
-    "tetwild.toml": FINGER.format(name="tetwild", shape="arc", count=3).replace("sweep", "tetwild"),
-    "few.toml": STUDY,
-    "scene.toml": SCENE,
-    "trace.csv": "\n".join([TRACE, *ROWS, ""]),
-    "wrong.toml": "[body]\nwidht_mm = 3.0\narc_radius_mm = 2.0\n[plates]\ncount = 99\n",
-    "broken.toml": "[body\n",
-    "wrong_study.toml": STUDY.replace("body.arc", "body.ark").replace("cost", "coast"),
-    "wrong_scene.toml": SCENE.replace("cylinder", "cone").replace("0.4", "-1"),
-    "torn.csv": "\n".join([TRACE, *ROWS[:3], ROWS[4].replace("0.30", "nan"), "1,2", ""]),
-}
-# Cheap ones first. The calls of a case share its folder and its cache.
-CASES: dict[str, tuple[str, ...]] = {
-    "help": ("--help", "--version"),  # and, found there, the --help of every command
-    "wrong": (
-        "analyse wrong.toml --out out",
-        "analyse maeno2001 --out out",
-        "analyse broken.toml --out out",
-        "analyse maeno2000 --out finger.toml",
-        "analyse finger.toml --out out --scene wrong_scene.toml --fidelity plane-strain",
-        "check wrong.toml broken.toml finger.toml --json",
-        "check finger.toml --scene wrong_scene.toml",
-        "grip maeno2000 --out out --controller papre",
-        "grip maeno2000 --out out --friction -1",
-        "mesh finger.toml --out out --format doc",
-        "validate maeno2000 --out out --only nothing",
-        "identify finger.toml torn.csv --out out",
-        "teach maeno2000 --out out --workers 0",
-        "gages bare.toml --out out",
-        "generate wrong_study.toml --out out",
-        "sweep wrong_study.toml --out out",
-        "optimise none.toml --out out",
-        "compare . --out out.html",
-        "view .",
-        "new finger.toml",
-        "study-control bare.toml --out out",
-        "mold bare.toml --out out --process wax",
-        "analyze maeno2000",
-    ),
-    "check": ("check maeno2000 domed sensitive finger.toml --json", "check narrow --scene edge"),
-    "new": (
-        "new mine.toml",
-        "new other.toml --from maeno2000",
-        "new ball.toml --scene --from ball",
-        "check mine.toml --quiet",
-    ),
-    "mesh": (
-        "mesh finger.toml --out flat --fidelity plane-strain --format vtu --format vtk "
-        "--format xdmf --format msh --format inp --format mdpa",
-        "mesh finger.toml --out solid --no-picture --format vtu --format msh --json",
-    ),
-    "analyse": (
-        "analyse maeno2000 sensitive --out out --fidelity plane-strain --json",
-        "compare out --out compare.html --csv compare.csv --json compare.jsonl",
-        "view out",
-        "view out/maeno2000 --json",
-    ),
-    "scenes": (
-        "analyse narrow --out pull --scene pull --fidelity plane-strain",
-        "analyse finger.toml --out scene --scene scene.toml --fidelity plane-strain",
-        "analyse finger.toml --out auto --scene scene.toml --fidelity auto --tolerance 0.2 --json",
-    ),
-    "solid": (
-        "analyse finger.toml --out out",
-        "analyse bare.toml --out out --scene scene.toml --json",
-    ),
-    "grip": ("grip maeno2000 --out out --friction 0.3 --friction 0.6 --json",),
-    "control": (
-        "teach finger.toml --out taught --workers 1",
-        "grip finger.toml --out grip --controller regulator "
-        "--estimator taught/finger/estimator.json",
-        "study-control finger.toml --out study --quick --workers 1 "
-        "--estimator taught/finger/estimator.json",
-    ),
-    "validate": (
-        "validate finger.toml --out out --only poissons_ratio --only gage_point "
-        "--only small_strain --only sheets",
-    ),
-    "generate": ("generate few.toml --out out --workers 1",),
-    "sweep": (
-        "sweep few.toml --out out --workers 1",
-        "sweep few.toml --out out --workers 1 --json",
-        "compare out/few --out compare.html --json",
-    ),
-    "optimise": ("optimise few.toml --out out --trials 3 --workers 1",),
-    "mold": ("mold maeno2000 --out out", "mold maeno2000 --out slots --fixture slots --json"),
-    "gages": ("validate finger.toml --gages --out out --grips 40 --workers 1",),
-    "paper": ("paper --design finger.toml --out out",),
-    "tetwild": ("analyse tetwild.toml --out out --scene scene.toml",),
-    "tune": ("tune tetwild.toml --out out --controller fixed_force --workers 1",),
-    "bench": ("bench suite --quick", "bench stability --quick --out stable"),
-}
-# Keys and columns of the moment or of the machine, in JSON and CSV; their values are left out.
-MOMENT = {
-    *("timings_s", "seconds", "better_seconds", "seconds_by_method", "seconds_left", "time_s"),
-    *("wall_s", "cpu_s", "core_s", "core_seconds", "saving", "datetime_start", "datetime_complete"),
-    *("peak_memory_MB", "memory_MB", "versions", "machine", "worker_id"),
-}
 WORDS = (  # of the moment, in texts and pages
-    (re.compile(r"\b\d[\d.,]*([ \xa0]|&nbsp;)(core )?(s|MB|seconds?)\b"), r"N \3"),
-    (re.compile(r"saves a factor [\d.]+"), "saves a factor N"),
-    (re.compile(r"^\S+: \d+ of \d+(, N s left)?\n", re.M), ""),  # printed when the clock says so
-    (re.compile(r"on \d+ cores?, one of which .*?(?=[\"\n<]|$)"), "on this machine"),
+    (re.compile(r"\b\d[\d.,]*(?: to [\d.,]+)?[ \xa0](core[ -])?(s|MB|GB|min|seconds?)\b"), r"T \2"),
     (re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?Z?)?"), "DATE"),
     (re.compile(r"\b([a-z][a-z0-9-]+) \d+\.\d+\.\d+\b"), r"\1 VERSION"),
+    (re.compile(r"\{?[0-9a-fA-F]{8}(-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}\}?"), "UUID"),
+    (re.compile(r"\b(?=\d*[a-f])(?=[a-f]*\d)[0-9a-f]{12,64}\b"), "DIGEST"),
+    (re.compile(r"saves (a factor [\d.]+|nothing)"), "saves N"),
+    (re.compile(r"plate_\d+ \(worst"), "plate_N (worst"),  # where none is bad
+    (re.compile(r"matrices at \d+ GFLOP/s( now \(it is busy\))?"), "matrices at N GFLOP/s"),
+    (re.compile(r"((?:plane-strain|3d|finite)\b.*│)[^│\n]*│$", re.M), r"\1 T │"),  # a forecast
+    (re.compile(re.escape(tempfile.gettempdir()) + r"(/[\w.+\[\]-]+)*/"), "FOLDER/"),
 )
-TIME_HEADINGS = {  # of tables' columns
-    *("s", "better s", "saves", "saving", "seconds", "core seconds", "time (s)")
-}
-UUID = re.compile(rb"[0-9a-fA-F]{8}(-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}")
+PLACES = (*("d", "points", "x", "y", "x1", "x2", "y1", "y2", "cx", "cy", "r"), "width", "height")
+NUMBER = re.compile(r"(?<![\w.])[-+−]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 
 
-def without_moment(value):
-    """JSON's value without what is of the moment: by key, and by words in its texts."""
-    if isinstance(value, dict):
-        return {k: "MOMENT" if k in MOMENT else without_moment(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [without_moment(each) for each in value]
-    return worded(value) if isinstance(value, str) else value
+@pytest.fixture
+def golden():
+    """``golden(name, *things)``: compare with the record of that name, or write it anew."""
+
+    def compare(name, *things):
+        text = "\n".join(line for each in things for line in lines_of(each)) + "\n"
+        path = RECORDS / f"{name}.txt"
+        if os.environ.get("GOLDEN") == "renew":
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        found = differences(path.read_text(encoding="utf-8").splitlines(), text.splitlines())
+        assert not found, "\n".join([f"{path.name}: {len(found)} lines differ", *found[:20]])
+
+    return compare
+
+
+def differences(old, new):
+    """List the lines that differ by more than rounding, with "-" before the recorded ones."""
+    if len(old) == len(new):
+        pairs = [(a, b) for a, b in zip(old, new, strict=True) if not alike(a, b)]
+        return [f"- {a[:200]}\n+ {b[:200]}" for a, b in pairs]
+    bare = [[NUMBER.sub("#", line) for line in lines] for lines in (old, new)]
+    return [line[:200] for line in difflib.unified_diff(*bare, n=0, lineterm="")][2:]
+
+
+def alike(a, b):
+    """Whether two lines have the same words and the same numbers, but for rounding."""
+    if a == b:
+        return True
+    if NUMBER.split(a) != NUMBER.split(b):
+        return False
+    pairs = list(zip(NUMBER.findall(a), NUMBER.findall(b), strict=True))
+    numbers = [float(each.replace("−", "-")) for pair in pairs for each in pair if "." in each]
+    scale = max(map(abs, numbers), default=0.0) if a.startswith(ARRAY) else 0.0
+    return all(_near(one, other, scale) for one, other in pairs)
+
+
+def _near(a, b, scale):
+    one, other = (float(each.replace("−", "-")) for each in (a, b))
+    if "." not in a + b:
+        return abs(one - other) <= LEAST
+    digit = 1.01 * max(map(_last_digit, (a, b)))
+    return abs(one - other) <= SHARE * max(abs(one), abs(other), scale) + digit + LEAST
+
+
+def _last_digit(number):
+    """What one of the last digit that is shown is worth."""
+    mantissa, _, power = number.lower().partition("e")
+    return 10.0 ** (int(power or 0) - len(mantissa.partition(".")[2]))
+
+
+def lines_of(thing, name=""):
+    """List the recorded lines of a folder, a file, a text or a value."""
+    if isinstance(thing, Path) and thing.is_dir():
+        files = sorted(each for each in thing.rglob("*") if each.is_file())
+        return [line for each in files for line in _file(each, str(each.relative_to(thing)))]
+    if isinstance(thing, Path):
+        return _file(thing, thing.name)
+    return worded(thing).splitlines() if isinstance(thing, str) else flat(thing, name)
 
 
 def worded(text):
-    """A text without numbers of seconds, dates and versions; tables without their times."""
+    """A text without times, dates, versions, digests and folders; its tables without padding."""
     for pattern, instead in WORDS:
         text = pattern.sub(instead, text)
-    return "\n".join(table_lines(text.split("\n")))
+    lines = (re.sub(r"[ ─━]{2,}", "  ", line).rstrip() for line in text.splitlines())
+    return "\n".join(line for line in lines if line)
 
 
-def table_lines(lines):
-    """Lines of text; tables without times and without the padding and folds that hang on them."""
-    timed: set[int] = set()
-    plain: list[str] = []
-    for line in lines:
-        first = line[:1] or " "
-        if first == "┏":  # lines before it that are as wide are its title, folded
-            title: list[str] = []
-            while plain and len(plain[-1]) == len(line):
-                title.insert(0, plain.pop().strip())
-            plain.append(" ".join(title))
-        elif first in "┃│":
-            yield from (each.rstrip() for each in plain)
-            plain = []
-            cells = [cell.strip() for cell in re.split("[┃│]", line)[1:-1]]
-            if first == "┃":
-                timed = {place for place, cell in enumerate(cells) if cell in TIME_HEADINGS}
-            cells = ["N" if place in timed else cell for place, cell in enumerate(cells)]
-            plain.append(" | ".join(cells))
-        elif first not in "┡└":
-            plain.append(line)
-    yield from (line.rstrip() for line in plain)
+def flat(value, place=""):
+    """List a value's parts, a line each, by their dotted place; of many alike, by their column."""
+    if MOMENT.search(place):
+        return []
+    if isinstance(value, dict):
+        return [x for k, each in value.items() for x in flat(each, f"{place}.{k}".strip("."))]
+    if isinstance(value, list | tuple | np.ndarray):
+        return _listed(value, place)
+    text = shown(value) if isinstance(value, float) else worded(str(value))
+    return [f"{place}: {text}"]
 
 
-def digest(data):
-    """What is recorded of bytes."""
-    return f"{len(data)} bytes, SHA-256 {hashlib.sha256(data).hexdigest()}\n"
+def _listed(values, place):
+    numbers = _array(values)
+    if numbers is not None and numbers.size > LONG:
+        return [f"{ARRAY}{place}: {measures(numbers)}"]
+    if numbers is not None:
+        return [f"{ARRAY}{place}: {' '.join(shown(each) for each in numbers.ravel())}"]
+    if all(isinstance(each, str | bool | int | float | None) for each in values):
+        words = [worded(str(each)) for each in values]
+        if len(words) > LONG:
+            words = [f"{count} x {word}" for word, count in Counter(words).items()]
+        return [f"{place}: {' | '.join(words)}"]
+    if len(values) > FEW and all(isinstance(each, dict) for each in values):
+        keys = dict.fromkeys(key for each in values for key in each)
+        columns = {k: [each[k] for each in values if k in each] for k in keys}
+        return flat(columns, f"{place}[{len(values)}]")
+    if len(values) > FEW and all(isinstance(each, list | tuple) for each in values):
+        joined = [x for each in values for x in each]  # of unequal lengths
+        return flat(joined, f"{place}[{len(values)}]")
+    return [x for k, each in enumerate(values) for x in flat(each, f"{place}.{k}")]
 
 
-def json_recorded(text):
-    """A JSON text without the moment."""
-    return json.dumps(without_moment(json.loads(text)), indent=1, sort_keys=True) + "\n"
-
-
-def lines_recorded(text):
-    """Lines of JSON, each without the moment."""
-    return "".join(json_recorded(line) for line in text.splitlines())
-
-
-def printed(text):
-    """What a call printed: JSON, lines of JSON, or words."""
-    for reading in (json_recorded, lines_recorded):
-        with contextlib.suppress(ValueError):
-            return reading(text) if text[:1] in ("{", "[") else worded(text)
-    return worded(text)
-
-
-def csv_recorded(text):
-    """A table of values without columns of the moment."""
-    rows = list(csv.reader(text.splitlines()))
-    timed = {place for place, head in enumerate(rows[0] if rows else []) if head in MOMENT}
-    cells = (["N" if k and n in timed else c for n, c in enumerate(r)] for k, r in enumerate(rows))
-    return worded("".join(",".join(row) + "\n" for row in cells))
-
-
-def html_recorded(text):
-    """A page, a tag a line: images as digests, data opened, tables and charts without times."""
-
-    def image(found):
-        return "base64," + digest(base64.b64decode(found[1]))[:-1]
-
-    def packed(found):
-        data = gzip.decompress(base64.b64decode(found[2])).decode()
-        name = re.search(r'data-name="[^"]*(\.\w+)"', found[1])
-        return f"{found[1]}{TEXTS.get(name[1], str)(data) if name else printed(data)}</script>"
-
-    text = re.sub(r"base64,([A-Za-z0-9+/=]+)", image, text)
-    text = re.sub(r"(<script[^>]*>)(H4sI[A-Za-z0-9+/=]+)</script>", packed, text)
-    text = re.sub(
-        r"(<script[^>]*application/json[^>]*>)(.*?)(?=</script>)",
-        lambda found: found[1] + printed(found[2].strip()),
-        text,
-        flags=re.S,
-    )
-    text = re.sub(r"<table.*?</table>", lambda found: untimed(found[0]), text, flags=re.S)
-    text = re.sub(r"<svg(?:(?!</svg>).)*#time-.*?</svg>", "CHART OF TIMES", text, flags=re.S)
-    return worded(re.sub(r"(?<=>)(?=<)", "\n", text))
-
-
-def untimed(table):
-    """A page's table with the cells of its columns of times left empty."""
-    heads = re.findall(r'<th scope="col".*?</th>', table, re.S)
-    words = [" ".join(re.sub("<.*?>", "", head).split()) for head in heads]
-    timed = {place for place, head in enumerate(words) if head in TIME_HEADINGS}
-    rows = []
-    for row in re.split(r"(?=<tr)", table):
-        cells = re.split(r"(?=<t[dh][ >])", row)
-        rows += ["<td>N</td>" if n - 1 in timed else c for n, c in enumerate(cells)]
-    return "".join(rows)
-
-
-def step_recorded(text):
-    """A STEP file's digest: its statements without numbers and date, for their order varies."""
-    text = re.sub(r"'\d{4}-\d\d-\d\dT[\d:]+'", "'DATE'", text)
-    statements = (re.sub(r"#\d+|\s+", "", each) for each in text.split(";"))
-    return digest(";".join(sorted(statements)).encode())
-
-
-def dxf_recorded(text):
-    """A DXF file's digest, its times and random names left out."""
-    text = re.sub(r"(\$TD\w+\s+40\s+)\S+", r"\1TIME", text)
-    text = re.sub(r"\{[0-9A-F-]{36}\}", "{GUID}", text)
-    return digest(re.sub(r"\d{4}-\d\d-\d\dT\S+", "DATE", text).encode())
-
-
-TEXTS: dict[str, Callable[[str], str]] = {
-    **{".json": json_recorded, ".jsonl": lines_recorded, ".csv": csv_recorded},
-    **{".html": html_recorded, ".step": step_recorded, ".dxf": dxf_recorded},
-    **{".txt": worded, ".toml": str, ".md": worded},
-}
-
-
-def recorded(path, places):
-    """What of a written file must be the same again."""
-    if path.suffix == ".3mf":
-        with zipfile.ZipFile(path) as archive:
-            parts = sorted(archive.namelist())
-            texts = {part: UUID.sub(b"UUID", archive.read(part)) for part in parts}
-            return "".join(f"{part}: {digest(text)}" for part, text in texts.items())
-    if path.suffix not in TEXTS:
-        return digest(path.read_bytes())
-    text = placed(path.read_text("utf-8", "replace"), places)
+def _array(value):
+    """A list as an array of numbers, None as NaN; None where it is no array of numbers."""
     try:
-        return TEXTS[path.suffix](text)
-    except ValueError:  # it is not what its ending says
-        return worded(text)
+        numbers = np.array(value)
+        if numbers.dtype == object:
+            numbers = np.array(value, dtype=float)
+    except (ValueError, TypeError):
+        return None
+    return numbers.astype(float) if numbers.dtype.kind in "biuf" and numbers.size else None
 
 
-def placed(text, places):
-    """A text with the run's folders replaced by names."""
-    for folder, name in places.items():
-        text = text.replace(folder, name)
-    return text
+def shown(value):
+    """A number by its first digits."""
+    return "0" if abs(value) < 1e-12 else f"{float(value):#.5g}"
 
 
-def run_case(tree, name, target):
-    """Run a case of a checkout, record in ``target`` what it wrote; report what each call took."""
-    shutil.rmtree(target, ignore_errors=True)
-    target.mkdir(parents=True)
-    with tempfile.TemporaryDirectory(prefix="golden-") as home:
-        work, cache = Path(home, "work"), Path(home, "cache")
-        work.mkdir(exist_ok=True)
-        for file, text in INPUTS.items():
-            (work / file).write_text(text, "utf-8")
-        places = {str(work): "WORK", str(cache): "CACHE", str(tree): "TREE"}
-        calls, took = list(CASES[name]), []
-        for number, call in enumerate(calls, 1):
-            begun = time.monotonic()
-            done = run_call(tree, call, work, cache)
-            took.append(f"{time.monotonic() - begun:.0f}")
-            out, err = (each if name == "help" else printed(each) for each in done[1:])
-            text = f"$ fingerdesign {call}\nexit code {done[0]}\n{out}\n--- stderr\n{err}"
-            (target / f"call_{number:02}.txt").write_text(placed(text, places), "utf-8")
-            if name == "help":  # the help of each command that is found
-                before = call.removesuffix("--help")
-                found = re.findall(r"^  ([a-z][a-z-]+)  +\S", done[1], re.M)
-                calls += [f"{before}{command} --help" for command in found]
-        for path in sorted(work.rglob("*")):
-            inside = path.relative_to(work)
-            if path.is_file() and str(inside) not in INPUTS:
-                record_file = target / "files" / f"{inside}.txt"
-                record_file.parent.mkdir(parents=True, exist_ok=True)
-                record_file.write_text(recorded(path, places), "utf-8")
-    return f"{name}: {' + '.join(took)} s"
+def measures(numbers):
+    """The size of an array, mean, deviation, ends, and a mean that is weighted by place."""
+    numbers = np.asarray(numbers, dtype=float)
+    here = np.isfinite(numbers.ravel())
+    flat_numbers = numbers.ravel()[here]
+    if not flat_numbers.size:
+        return f"{numbers.shape} none"
+    weights = np.cos(0.7 * np.sqrt(np.flatnonzero(here)))
+    ends = flat_numbers.min(), flat_numbers.max()
+    means = flat_numbers.mean(), flat_numbers.std(), (weights * flat_numbers).mean()
+    noise = NOTHING * np.abs(flat_numbers).max()
+    words = (shown(0.0 if abs(each) < noise else each) for each in (*means, *ends))
+    missing = f" {np.count_nonzero(~here)} missing" if not here.all() else ""
+    return f"{numbers.shape}{missing} {' '.join(words)}"
 
 
-def run_call(tree, call, work, cache):
-    """Run the command line of a checkout: exit code, stdout, stderr."""
-    single = ("MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
-    environment = os.environ | dict.fromkeys(single, "1")
-    environment |= {
-        "PYTHONPATH": os.pathsep.join(str(tree / each) for each in (".", "cli", "benchmarks")),
-        "PYTHONDONTWRITEBYTECODE": "1",
-        "PYTHONHASHSEED": "0",
-        "FINGERDESIGN_CACHE": str(cache),
-        "COLUMNS": "200",
-    }
-    done = subprocess.run(
-        [sys.executable, "-m", "fingerdesign_cli.main", *shlex.split(call)],
-        cwd=work,
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    return done.returncode, done.stdout, done.stderr
+def _file(path, name):
+    """The lines of a file, under a line with its name."""
+    reader = None if path.name in COPIES else READERS.get(path.suffix)
+    return [f"== {name}", *(reader(path) if reader else [])]
 
 
-def record(tree, out, names, jobs):
-    """Run cases of a checkout; also record the schemas that it ships, wherever they lie."""
-    tree = tree.resolve()
-    schemas = out / "schemas"
-    shutil.rmtree(schemas, ignore_errors=True)
-    schemas.mkdir(parents=True)
-    for path in (tree / "fingerdesign").rglob("*.schema.json"):
-        (schemas / f"{path.name}.txt").write_text(path.read_text("utf-8"), "utf-8")
-    with ThreadPoolExecutor(jobs) as pool:
-        for line in pool.map(lambda name: run_case(tree, name, out / name), names):
-            print(line, flush=True)
+def _text(path):
+    return worded(path.read_text(encoding="utf-8", errors="replace")).splitlines()
 
 
-def main():
-    """Record or compare; 1 where something differs."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    commands = parser.add_subparsers(dest="command", required=True)
-    recording = commands.add_parser("record", help="run the cases of a checkout")
-    recording.add_argument("--tree", type=Path, required=True, help="the checkout")
-    recording.add_argument("--out", type=Path, required=True, help="the record's folder")
-    recording.add_argument("--only", nargs="+", default=list(CASES), choices=list(CASES))
-    recording.add_argument("--jobs", type=int, default=1, help="cases at a time")
-    comparing = commands.add_parser("compare", help="show what differs between two records")
-    comparing.add_argument("folders", type=Path, nargs=2, metavar="DIR")
-    words = "values of JSON, CSV and TOML, exit codes, digests of geometry; no words and pages"
-    comparing.add_argument("--numbers", action="store_true", help=words)
-    given = parser.parse_args()
-    if given.command == "record":
-        record(given.tree, given.out, given.only, given.jobs)
-        return 0
-    found = list(differences(*given.folders, given.numbers))
-    print("\n".join(found) or "nothing differs")
-    return int(bool(found))
+def _json(path):
+    return flat(json.loads(path.read_text(encoding="utf-8")))
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _json_lines(path):
+    return flat([json.loads(each) for each in path.read_text(encoding="utf-8").splitlines()])
+
+
+def _csv(path):
+    rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
+    found = []
+    for head, *column in zip(*rows, strict=True):
+        with contextlib.suppress(ValueError):
+            column = [float(cell) if cell else None for cell in column]
+        found += flat(column, head)
+    return found
+
+
+def _numbers(path):
+    """Of a text that is mostly numbers: its lines of words, and the measures of its numbers."""
+    text = worded(path.read_text(encoding="utf-8", errors="replace"))
+    lines = [line for line in text.splitlines() if re.search("[A-Za-z]{3}", line)]
+    numbers = [float(each) for each in NUMBER.findall(text)]
+    return [*lines[:200], ARRAY + measures([each for each in numbers if abs(each) < 1e15])]
+
+
+def _arrays(path):
+    with np.load(path) as arrays:
+        numbers = {name: arrays[name] for name in sorted(arrays.files)}
+    return [f"{ARRAY}{k}: {measures(v)}" for k, v in numbers.items() if v.dtype.kind in "biuf"]
+
+
+def _grid(path):
+    import pyvista
+
+    grid = pyvista.read(path)
+    own = {"points": grid.points, **grid.point_data, **grid.cell_data}
+    return [f"{ARRAY}{k}: {measures(np.asarray(v))}" for k, v in sorted(own.items()) if len(v)]
+
+
+def _surface(path):
+    import trimesh
+
+    solid = trimesh.load_mesh(path)
+    sizes = (solid.volume, solid.area, *solid.bounds.ravel())
+    return [" ".join(shown(round(float(each), 6)) for each in sizes)]
+
+
+def _zip(path):
+    with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
+        archive.extractall(folder)
+        return lines_of(Path(folder))
+
+
+class _Page(HTMLParser):
+    """The words of a page and its data; of each drawing its words, and measures of its lines."""
+
+    def __init__(self):
+        super().__init__()
+        self.lines = []
+        self._inside, self._group, self._words = "", "", None
+        self._drawn = defaultdict(list)
+
+    def handle_starttag(self, tag, attrs):
+        self._inside = tag
+        given = {key: value or "" for key, value in attrs}
+        if tag == "svg" and self._words is None:
+            self._words = []
+        if self._words is not None:
+            self._group = (
+                re.sub(r"([_-]?\d+|\b[mp][0-9a-f]{8,})$", "", given.get("id", "")) or self._group
+            )
+            for key, value in given.items():
+                if key in PLACES:
+                    numbers = map(float, NUMBER.findall(value))
+                    self._drawn[f"{self._group} {tag} {key}"] += numbers
+        for key in ("title", "aria-label", "alt", "value", "min", "max", "step", "href"):
+            if given.get(key, "data:")[:5] not in ("data:", "#"):
+                self.lines.append(f"{tag} {key}: {given[key]}")
+
+    def handle_endtag(self, tag):
+        if tag == "svg" and self._words is not None:
+            self.lines.append(" | ".join(self._words))
+            self.lines += [f"{ARRAY}{k}: {measures(v)}" for k, v in self._drawn.items() if v]
+            self._words = None
+            self._drawn.clear()
+
+    def handle_data(self, data):
+        data = data.strip()
+        if self._inside == "style" or not data:
+            return
+        if self._inside != "script":
+            (self.lines if self._words is None else self._words).append(data)
+            return
+        if data.startswith("H4sI"):
+            data = gzip.decompress(base64.b64decode(data)).decode().strip()
+        if data[0] in "{[":
+            documents = [json.loads(each) for each in data.splitlines()]
+            self.lines += flat(documents[0] if len(documents) == 1 else documents)
+
+
+def _page(path):
+    page = _Page()
+    page.feed(path.read_text(encoding="utf-8"))
+    return worded("\n".join(page.lines)).splitlines()
+
+
+READERS = {
+    **dict.fromkeys((".txt", ".md", ".toml", ".xml", ".urdf", ".py", ".c", ".h", ".rst"), _text),
+    **{".json": _json, ".jsonl": _json_lines, ".csv": _csv, ".html": _page, ".svg": _page},
+    **dict.fromkeys((".inp", ".msh", ".mdpa", ".dxf", ".model", ".vtk"), _numbers),
+    **{".npz": _arrays, ".vtu": _grid, ".stl": _surface, ".3mf": _zip},
+}

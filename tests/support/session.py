@@ -22,7 +22,7 @@ gc.set_threshold(50_000, 20, 20)
 
 pytest_plugins = [
     *("tests.support.closed_form_analysis", "tests.support.closed_form_plants"),
-    "tests.support.plugins",
+    *("tests.support.golden", "tests.support.plugins"),
 ]
 
 

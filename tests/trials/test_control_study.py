@@ -202,7 +202,7 @@ def test_a_damaged_journal_is_found_before_the_work(design, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_command_writes_a_whole_folder(coarse_file, tmp_path, capsys):
+def test_the_command_writes_a_whole_folder(coarse_file, tmp_path, capsys, golden):
     out = tmp_path / "out"
     folder = out / "coarse"
     assert main(["study", str(coarse_file), "--out", str(out), *OPTIONS, "--json"]) == 0
@@ -210,6 +210,7 @@ def test_the_command_writes_a_whole_folder(coarse_file, tmp_path, capsys):
     names = [path.name for path in folder.iterdir() if not path.name.startswith("path_")]
     assert sorted(names) == ["control.html", "control.json", "control.png", "grips.csv"]
     assert len(list(folder.glob("path_*"))) == 4
+    golden("control_study", folder)
     record = json.loads((folder / "control.json").read_text("utf-8"))
     assert record == json.loads(capsys.readouterr().out)
     jsonschema.validate(record, json_schema("control"))

@@ -18,6 +18,7 @@ from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.finite.body import Linearised
 from fingerdesign.fem.finite.facing import Facing
+from fingerdesign.runtime.threads import blas_libraries
 
 # The largest nodal force out of balance, relative to the contact force.
 _TOLERANCE = 1e-9
@@ -104,10 +105,8 @@ class Follower:
     """
 
     def __init__(self, facing: Facing) -> None:
-        from threadpoolctl import ThreadpoolController
-
         self.facing = facing
-        self._threads = ThreadpoolController()
+        self._threads = blas_libraries()
         self._tangent: Linearised | None = None  # the last, in use or spent
         self._iterations = self._tangents = 0
 

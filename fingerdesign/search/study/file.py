@@ -21,7 +21,7 @@ from fingerdesign.design.io import parse_toml
 from fingerdesign.design.schema import safe_name
 from fingerdesign.design.shipped import file_text
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.search.study.metrics import METRICS, Goal, known_metric
+from fingerdesign.search.study.metrics import METRICS, OF_GRIPS, Goal, known_metric
 from fingerdesign.search.study.values import (
     FILE_KEYS,
     Key,
@@ -177,6 +177,15 @@ class Study(Table):
         if twice:
             raise refuse(twice[0], "a metric that no other objective has", "remove one of them")
         return objectives
+
+    @model_validator(mode="after")
+    def _measured(self) -> Self:
+        requested = (*(each.metric for each in self.objectives), *self.constraints)
+        of_grips = ", ".join(name for name in dict.fromkeys(requested) if name in OF_GRIPS)
+        if self.study.scenes and of_grips:
+            remedy = f"leave out study.scenes, or {of_grips}"
+            raise refuse(of_grips, "metrics that a scene gives: it has no grips", remedy, "study")
+        return self
 
     @property
     def name(self) -> str:

@@ -15,6 +15,11 @@ METRICS_VERSION = 14
 PLACEMENT = "placement_effect"
 SPREAD = ("reading_std", "reading_std_calibrated", "yield_by_motion", "gage_response_90")
 ON_REQUEST = (PLACEMENT, *SPREAD)
+# Of the fundamental case with its grips and frictions; a scene has neither.
+OF_GRIPS = (
+    *("grip_success", "safety_margin", "least_margin", "peak_force_N", "peak_ratio"),
+    *("area_correlation", "best_area_share"),
+)
 Goal = Literal["min", "max"]
 
 

@@ -34,6 +34,8 @@ MOST_GRID = 100_000  # variants
 
 Values = dict[str, Choice]
 REPORTED = 200  # faults; a file of more is not mended one by one
+# Keys that name what must be there, whatever the other keys are.
+_NAMES = (".material", "gages.kind", "mold.gage")
 _NO_KEY = "extra_forbidden"  # pydantic's name of that fault
 
 
@@ -158,10 +160,9 @@ def _key_faults(study: Study, base: Design) -> Iterator[Fault]:
     fixed, varied = _plain_keys(study)
     faults = [(each, _NO_KEY) for each in refused] + _schema_faults(data, (*fixed, *varied))
     for fault, kind in faults:
-        owner = next((each for each in fixed if _is_inside(fault.key, each)), None)
-        if owner is not None:
-            inner = fault.key[len(owner) :]
-            yield replace(fault, key=dotted(("fixed", fixed[owner])) + inner)
+        own = _fixed_key(fault, fixed)
+        if own is not None:
+            yield own
         if kind != _NO_KEY:
             continue
         # What is no key at all is reported once, and left out for the others.
@@ -172,6 +173,14 @@ def _key_faults(study: Study, base: Design) -> Iterator[Fault]:
     for key in study.parameters:
         if split_share(key)[0] in setting:
             yield from _value_faults(study, base, setting, key)
+
+
+def _fixed_key(fault: Fault, fixed: Mapping[str, str]) -> Fault | None:
+    """A design's fault under the key of [fixed] that it is of; None where it is of none."""
+    owner = next((each for each in fixed if _is_inside(fault.key, each)), None)
+    if owner is None:
+        return None
+    return replace(fault, key=dotted(("fixed", fixed[owner])) + fault.key[len(owner) :])
 
 
 def _plain_keys(study: Study) -> tuple[dict[str, str], dict[str, str]]:
@@ -248,7 +257,7 @@ def _schema_faults(data: Mapping[str, Any], owners: Iterable[str]) -> list[tuple
                 continue  # its words take long to find
             fault = fault_of(each, Design)
             combined = kind == "fault" and each["ctx"]["key"]
-            if not combined or fault.key.endswith(".material"):
+            if not combined or fault.key.endswith(_NAMES):
                 found.append((fault, kind))
     return found
 
@@ -289,7 +298,9 @@ def base_design(study: Study, folder: Path | None = None) -> Design:
         except DesignError:
             own = _bare(found, {**fixed, **middle}) or _bare(found, fixed)
             if own is None:
-                raise error from None
+                keys = _plain_keys(study)[0]
+                faults = [_fixed_key(each, keys) or each for each in error.faults]
+                raise DesignError(faults) from None
             return own
 
 

@@ -110,9 +110,10 @@ def stages(hand_made, replaced):
 
 
 def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_shows_it(
-    stages, tmp_path
+    stages, tmp_path, golden
 ):
     report = make.write_mold(stages(), tmp_path / "block")
+    golden("mold_folder", *(tmp_path / "block" / each for each in FILES if "base" not in each))
     assert report["status"] == "ok"
     assert names_in(tmp_path / "block") == sorted(FILES)
     data = record_in(tmp_path / "block")
@@ -321,11 +322,12 @@ def test_an_interruption_writes_nothing_and_says_so(stages, command, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_shipped_finger_can_be_cast(replaced, tmp_path):
+def test_a_shipped_finger_can_be_cast(replaced, tmp_path, golden):
     """A closed mold with a core and slots; the README's is open, has combs and is drawn."""
     replaced(**UNDRAWN)
     assert main(["mold", "boned", "--fixture", "slots", "--out", str(tmp_path), "--quiet"]) == 0
     folder = tmp_path / "boned"
+    golden("mold_boned", folder)
     data = record_in(folder)
     assert data["status"] == "ok"
     assert all(check["ok"] for check in data["checks"])
