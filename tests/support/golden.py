@@ -8,7 +8,7 @@
 Words must be equal; numbers may differ by three thousandths or by one of the last digit shown, for
 other processors round otherwise. Times, versions and folders are left out. Of long arrays the
 record has their size, mean, deviation, a mean weighted by place, which sees order, least, largest.
-``GOLDEN=renew pytest tests`` writes the records anew: read what changed before you commit it.
+``GOLDEN=renew make every-test`` writes the records anew: read what changed before you commit it.
 """
 
 import base64
