@@ -245,7 +245,8 @@ def test_only_a_finger_that_is_swept_has_meshes_of_its_own():
 @pytest.mark.slow
 def test_a_coarse_mesh_with_the_designs_fine_contact_reads_what_a_fine_one_does():
     """Readings of a softer finger, whose plates are off. Its coarse mesh alone is off by 1 %."""
-    values = {"plates.count": 3, "grip.max_approach_mm": 0.2, "mesh.contact_size_mm": 0.8}
+    values = {"plates.count": 3, "plates.thickness_mm": 0.2, "grip.max_approach_mm": 0.2}
+    values["mesh.contact_size_mm"] = 0.8
     design = with_values(load_design("maeno2000"), values)
     finger = with_latents(
         design,

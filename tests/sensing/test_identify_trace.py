@@ -155,10 +155,10 @@ def test_a_played_path_is_that_of_the_plant(design):
 
 def slid_at_two_depths(design, law):
     """Pressed to 0.08 mm, sheared until all slips, pressed on to 0.22 mm, sheared again; noise."""
-    deep = np.repeat([0.08 / 75, 0.0, 0.14 / 75, 0.0], [75, 75, 75, 175])
-    across = np.repeat([0.0, 0.0016, 0.0, 0.0044, 0.0], [75, 75, 75, 75, 100])
-    rows, none = np.arange(400), np.zeros(400)
-    trace = Trace((rows + 1) / 50.0, across, deep, none, none, none[:, None], rows + 2)
+    deep = np.repeat([0.08 / 40, 0.0, 0.14 / 40, 0.0], [40, 40, 40, 93])
+    across = np.repeat([0.0, 0.003, 0.0, 0.00825, 0.0], [40, 40, 40, 40, 53])
+    rows, none = np.arange(213), np.zeros(213)
+    trace = Trace((rows + 1) / 27.0, across, deep, none, none, none[:, None], rows + 2)
     problem = grip_problem(design).with_friction(law)
     answers = played(problem, design.gages.face, TracePath.every(trace))
     noisy = answers + np.random.default_rng(3).standard_normal(answers.shape) * np.array(
