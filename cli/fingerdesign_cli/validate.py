@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
+from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.validate.advice import NONE, spread_cell
 from fingerdesign.validate.gages.record import FOLDER as GAGE_STUDY
@@ -14,7 +15,14 @@ from fingerdesign.validate.gages.study import observe, refuse
 from fingerdesign.validate.record import Row, Validation
 from fingerdesign_cli.inputs import read_case, recorded
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.terminal import number, open_page, print_table, say_result
+from fingerdesign_cli.terminal import (
+    WIDTH,
+    number,
+    open_page,
+    print_table,
+    say_marked,
+    say_result,
+)
 
 
 @dataclass(frozen=True)
@@ -73,14 +81,14 @@ def validate(
 
 
 def _show(found: Validation, folder: Path) -> None:
-    columns = ["assumption", "at equal", "F_n %", "F_t %", "width %", "stick ratio", "gages %"]
+    columns = ["assumption: at equal", "F_n %", "F_t %", "width %", "stick ratio", "gages %"]
     columns += ["s", "better s", "saves"]
     rows = [cells for row in found.assumptions if row.tested for cells in _cells(row)]
     if rows:
         title = f"{found.design}, scene {found.scene}: greatest error over the path (median)"
-        print_table(title, columns, rows)
+        print_table(title, columns, rows, WIDTH)
     for row in found.assumptions:
-        click.echo(f"{row.title}: {row.advice}")
+        say_marked(SIGNS["note"], f"{row.title}: {row.advice}")
     click.echo(f"{found.seconds:.0f} s; report: {folder / 'validate.html'}")
 
 
@@ -92,9 +100,9 @@ def _cells(row: Row) -> list[list[str]]:
         values = ((row.seconds, 2), (row.better_seconds, 2), (row.saving, 1))
         costs = [number(value, digits, none=NONE) for value, digits in values]
         first = name == "equal_motion"
-        title = row.title if first else ""
         at = name.removeprefix("equal_")
-        found.append([title, at, *reported, *(costs if first else [""] * len(costs))])
+        title = f"{row.title}: {at}" if first else f"  {at}"
+        found.append([title, *reported, *(costs if first else [""] * len(costs))])
     return found
 
 
