@@ -11,6 +11,7 @@ from dataclasses import fields, is_dataclass
 
 import pytest
 import tomlkit
+from cadquery import Workplane, exporters
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design
@@ -161,6 +162,46 @@ def test_scenes(golden, calls, tmp_path):
     golden("scenes", *calls(*lines), *folders)
 
 
+LAWS = {
+    "capped": "shear_limit_MPa = 0.05",
+    "shear_strength": 'shear_strength_MPa = 0.03\nshape = "cylinder"\nradius_mm = 40.0',
+    "power": "friction_exponent = 0.3\nreference_pressure_MPa = 0.1\ntilt_deg = 2.0",
+}
+
+
+@pytest.mark.slow
+def test_laws_of_friction(golden, calls, tmp_path):
+    path = coarse("tees", tmp_path, plates={"count": 5}, gages={"face": "lower"})
+    rows = "[path]\nincrements_mm = [[0.1, 0.0], [0.1, 0.05], [0.15, 0.02]]\n"
+    points = "[readout]\npoints_mm = [[0.5, 6.0, 0.0]]\n"
+    for law, keys in LAWS.items():
+        text = f'[object]\nfriction_law = "{law}"\n{keys}\n{rows}{points}'
+        (tmp_path / f"{law}.toml").write_text(text, "utf-8")
+    each = "--fidelity plane-strain --out"
+    lines = [f"analyse {path} --scene {law}.toml {each} {law}" for law in LAWS]
+    golden("laws", *calls(*lines), *(tmp_path / law / "g_tees" / "history.csv" for law in LAWS))
+
+
+@pytest.mark.slow
+def test_a_body_and_a_mesh_of_another_program(golden, calls, tmp_path):
+    box = Workplane("XY").box(16.0, 12.0, 10.0).faces(">Y").edges("|Z").fillet(3.0)
+    exporters.export(box, str(tmp_path / "own.step"))
+    step = coarse("block", tmp_path, plates={"count": 3, "cover_mm": 3.0})
+    text = (tmp_path / step).read_text("utf-8")
+    body = text[text.index("[body]") : text.index("[plates]")]
+    own = '[body]\nshape = "step"\nstep = { file = "own.step" }\nmaterial = "silicone"\n\n'
+    (tmp_path / "own.toml").write_text(text[: text.index("[mesh]")].replace(body, own), "utf-8")
+    given = {"mesher": "file", "file": "cells/mesh.msh"}
+    shown = calls(
+        "check own.toml --details",
+        "view own.toml --out out",
+        f"mesh {step} --out cells --format msh --scene pull --no-picture",
+    )
+    again = coarse("block", tmp_path, plates={"count": 3, "cover_mm": 3.0}, mesh=given)
+    line = f"analyse {again} --scene pull --out read --no-cad --no-page"
+    golden("other_programs", *shown, *calls(f"check {again} --details", line), tmp_path / "out")
+
+
 @pytest.mark.slow
 def test_grips(golden, calls, tmp_path):
     hardware = {
@@ -169,7 +210,8 @@ def test_grips(golden, calls, tmp_path):
         **{"drift_microstrain_per_s": 0.5, "gage_cross_talk": 0.02, "actuator_lag_s": 0.02},
     }
     grip = {
-        **{"hardware": hardware, "hold_steps": 20, "relaxation_per_minute": 0.05, "plant": "lift"},
+        **{"hardware": hardware, "hold_steps": 20, "rubber_memory": [[0.1, 0.5]], "plant": "lift"},
+        **{"kinetic_share": 0.8, "warming_K": 5.0, "inertia": True, "off_centre_mm": 0.0},
         "tugs": [{"step_after_lift": 4, "extra_force_N": 1.0, "duration_steps": 3}],
         "weight_changes": [{"step_after_lift": 10, "object_mass_g": 600.0}],
     }
