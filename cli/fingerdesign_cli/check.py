@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import shutil
 import sys
 import textwrap
@@ -185,21 +186,23 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
 
 
 def _impossible(study: Study, base: Design) -> str:
-    """How many of a few variants, evenly drawn, cannot exist, and the chief reason; "" of none.
+    """How many of a few variants, drawn at random, cannot exist, and the chief reason; "" of none.
 
-    Raises DesignError where none of them can.
+    Raises DesignError where all were tried and none of them can.
     """
     from fingerdesign.search.study.generate import reasons
-    from fingerdesign.search.study.variants import number_of_points, variants
+    from fingerdesign.search.study.variants import number_of_points, points, variant_of
 
-    every = -(-number_of_points(study) // _VARIANTS_TRIED)
-    tried = list(variants(study, base, (1, every)))
+    every = range(1, number_of_points(study) + 1)
+    chosen = {*random.Random(0).sample(every, min(len(every), _VARIANTS_TRIED))}
+    numbered = enumerate(points(study), start=1)
+    tried = [variant_of(study, base, k, values) for k, values in numbered if k in chosen]
     refused = [each for each in tried if each.design is None]
     if not refused:
         return ""
     _, _, fault, name = reasons(refused)[0]
-    if len(refused) == len(tried):
-        shown = f"variants tried: {len(tried)}"
+    if len(refused) == len(every):
+        shown = f"variants: {len(every)}"
         raise DesignError([Fault("parameters", shown, "such that a variant can exist", str(fault))])
     return f"{len(refused)} of {len(tried)} variants tried ({name}: {fault})"
 

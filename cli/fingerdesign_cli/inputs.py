@@ -151,6 +151,15 @@ def refuse_foreign(kind: RecordFolder, target: Path, option: str = "--out") -> N
         kind.refuse_foreign(target)
 
 
+def refuse_in_the_way(files: Iterable[Path], own: Path) -> None:
+    """DesignError, before any work, where one of ``files`` is there already and nothing shows that
+    a command made it: ``own``, which is written next to them, is missing."""
+    if not own.is_file() and (there := [each for each in files if each.exists()]):
+        named = ", ".join(each.name for each in there)
+        bound = f"a folder without {named}, which no command has written"
+        raise DesignError([Fault("--out", str(own.parent), bound, "choose another --out")])
+
+
 @contextmanager
 def interrupted(stored: str) -> Iterator[None]:
     """Give an interruption of the block, or of the function that this decorates, the words for

@@ -182,7 +182,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
         return  # A second signal at once, as of `timeout` and shells: writing goes on.
     if _ending:  # A later signal: worker processes end with this one.
         os._exit(INTERRUPTED)
-    if _imports(frame):  # VTK and OCP crash when interrupted while they load: a moment later
+    if _delays(frame):  # a moment later
         again = threading.Timer(0.05, signal.raise_signal, (number,))
         again.daemon = True
         again.start()
@@ -191,9 +191,13 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
 
 
-def _imports(frame: FrameType | None) -> bool:
+def _delays(frame: FrameType | None) -> bool:
+    """Whether compiled code runs that must not be interrupted: VTK and OCP crash while they load;
+    SciPy's Sobol sequence swallows it, and all its points are the same."""
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        if frame.f_globals.get("__name__") == "scipy.stats._qmc":
             return True
         frame = frame.f_back
     return False

@@ -1,5 +1,6 @@
 """``fingerdesign mesh``: the mesh that an analysis would use, its quality, and a picture of it."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -8,6 +9,8 @@ import click
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.stages import make_mesh, zone_of
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.pictures import draw_mesh, draw_quality
@@ -17,7 +20,7 @@ from fingerdesign.mesh.requested import requested_sizes
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
-from fingerdesign_cli.inputs import read_case, refuse_foreign
+from fingerdesign_cli.inputs import read_case, refuse_foreign, refuse_in_the_way
 from fingerdesign_cli.options import OUT
 from fingerdesign_cli.terminal import progress, say_result
 
@@ -40,6 +43,7 @@ def mesh(
     out = folder or OUT / "mesh" / finger.design.name
     if folder is None:  # A folder of its own, next to no other record.
         refuse_foreign(RecordFolder("mesh", "quality.json", ("mesh.*", "quality.*")), out)
+    _refuse_files(finger, out, endings)
     refuse(Case(finger, scene, fidelity), run_scene)
     with progress(finger.design.name) as report:
         report(f"meshing ({fidelity})")
@@ -62,6 +66,18 @@ def mesh(
         lambda: {**asdict(quality), "files": names},
         lambda: click.echo(f"{quality_text(quality)}\nwritten: {', '.join(names)}"),
     )
+
+
+def _refuse_files(finger: Design, out: Path, endings: Sequence[str]) -> None:
+    """DesignError where a file to write is the user's own: the design's mesh, or of no command."""
+    names = [*(f"mesh.{ending}" for ending in endings), "quality.txt", "mesh.png", "quality.png"]
+    files = [out / name for name in names]
+    refuse_in_the_way(files, out / "quality.json")
+    if finger.mesh.file is not None and Path(finger.mesh.file).resolve() in {
+        each.resolve() for each in files
+    }:
+        bound = f"a folder without the design's own mesh.file, {finger.mesh.file}"
+        raise DesignError([Fault("--out", str(out), bound, "choose another --out")])
 
 
 def _endings(formats: tuple[str, ...]) -> tuple[str, ...]:

@@ -39,6 +39,7 @@ from fingerdesign_cli.terminal import (
     shortened,
 )
 
+_DRAWING = "a dimensioned drawing"  # in the words of each: by them its file is known
 _WRONG = (
     *(ValueError, TypeError, AttributeError, LookupError, ArithmeticError, RecursionError),
     StopIteration,  # of what holds nothing
@@ -64,13 +65,16 @@ def _draw(design_file: Path, out: Path) -> None:
     """Write the dimensioned drawing of a design to OUT/NAME.svg and OUT/NAME.png."""
     design, _ = read_case(design_file)
     name = design.design.name
+    files = [out / f"{name}.svg", out / f"{name}.png"]
+    if files[0].is_file() and _DRAWING not in files[0].read_text("utf-8", "replace"):
+        bound = f"a folder without {files[0].name}, which no command has written"
+        raise DesignError([Fault("--out", str(out), bound, "choose another --out")])
     words = facts(design)
     with style.house_style():
         drawing = draw_sketch(design)
         png = style.to_png(drawing)
-        svg = style.to_svg(drawing, "sketch", f"{name}, a dimensioned drawing: {'; '.join(words)}")
+        svg = style.to_svg(drawing, "sketch", f"{name}, {_DRAWING}: {'; '.join(words)}")
     out.mkdir(parents=True, exist_ok=True)
-    files = [out / f"{name}.svg", out / f"{name}.png"]
     write_whole(files[0], svg)
     write_whole(files[1], png)
     say_result(

@@ -264,7 +264,7 @@ def _lift_fixes(result: Result) -> Iterator[Fix]:
 def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     """A firm hold by one force, as deep as it needs; or less mass; each with its price."""
     needed, gentlest = _one_force(result.grips)
-    crushes = needed >= MOST_FORCE * gentlest.least_force_N
+    crushes = needed >= MOST_FORCE * gentlest.holding_force_N
     at = f" at μ {gentlest.friction_coefficient:g}" if crushes else ""
     brings = _passes("lifts") + _price(crushes) + at
     yield Fix('grip.controller = "fixed_force"', brings, "Coulomb")
@@ -275,10 +275,11 @@ def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     )
     if deep and isinstance(travel, int | float) and 1.2 * deep > travel:
         yield Fix(f"grip.max_approach_mm = {1.2 * deep:.2g}", "with the line above")
-    slips = max(failing, key=lambda each: each.least_force_N)
-    held = slips.peak_normal_force_N / (HUMAN_MARGIN[1] * slips.least_force_N)
+    slips = max(failing, key=lambda each: each.holding_force_N)
+    held = slips.peak_normal_force_N / (HUMAN_MARGIN[1] * slips.holding_force_N)
     light = slips.object_mass_g * held  # The force reached holds it.
-    lighter = held < 1.0 and _too_light(result, light) <= _too_light(result)
+    alike = slips.most_pull_N is None  # What comes later does not follow the first mass.
+    lighter = alike and held < 1.0 and _too_light(result, light) <= _too_light(result)
     if lighter and (change := _masses(result.grips, heaviest=light)):
         yield Fix(change, f"lifts at μ {slips.friction_coefficient:g}", "Coulomb")
 
@@ -289,9 +290,9 @@ def _one_force(grips: Sequence[GripResult]) -> tuple[float, GripResult]:
     It has the most margin that people keep, or less where that would crush an object and the least
     margin does not. A twentieth is left to both ends, since a hand meets its target so well.
     """
-    gentlest = min(grips, key=lambda each: each.least_force_N)
-    most = max(each.least_force_N for each in grips)
-    bears, least = MOST_FORCE * gentlest.least_force_N / 1.05, 1.05 * HUMAN_MARGIN[0] * most
+    gentlest = min(grips, key=lambda each: each.holding_force_N)
+    most = max(each.holding_force_N for each in grips)
+    bears, least = MOST_FORCE * gentlest.holding_force_N / 1.05, 1.05 * HUMAN_MARGIN[0] * most
     needed = HUMAN_MARGIN[1] * most
     return (min(needed, bears) if bears >= least else needed), gentlest
 

@@ -74,17 +74,24 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
 
 
 def _plain(value: object) -> object:
-    """A value as a file would give it."""
+    """A value as a file would give it, and so those in its tables and lists."""
+    if isinstance(value, Mapping):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
     if isinstance(value, PathLike):
         return str(value)
-    tolist = getattr(value, "tolist", None)  # of numpy, which is not imported for it
-    return value if tolist is None else tolist()
+    kind = getattr(getattr(value, "dtype", None), "kind", "")  # numpy is not imported for it
+    if kind not in tuple("biufU") or hasattr(value, "mask") or not hasattr(value, "tolist"):
+        return repr(value) if kind else value  # of times and gaps no number is made
+    return value.tolist()
 
 
 def without_plates(design: Design) -> Design:
     """Return the same finger with nothing in the rubber but a core if there is one: the other side
     of a rig that reads one finger alone."""
-    gone = ("plates.placement", "plates.rows", "grip.hardware.dead_gages", "assumed")
+    gone = ("plates.placement", "plates.rows", "assumed")
+    gone += ("grip.hardware.dead_gages", "grip.hardware.dying_gages")
     return with_values(design, {"plates.count": 0, **dict.fromkeys(gone)})
 
 

@@ -27,6 +27,7 @@ from fingerdesign.control.plants.plant import (
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.roster import Command, Controller, holds, make_controller
 from fingerdesign.control.signals import Sample
+from fingerdesign.design.grip import pull_at
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.result import MOST_FORCE, GripEnding, GripResult
@@ -293,11 +294,19 @@ def run_episodes(
         estimator = estimator.at_noise(grip.hardware.gage_noise_microstrain)
 
     law = rig.problem.law.name
+    events = [*grip.tugs, *grip.weight_changes]
+    pulls = (
+        pull_at(each.step_after_lift + k, object_mass_g, grip.tugs, grip.weight_changes)
+        for each in events
+        for k in range(getattr(each, "duration_steps", 1))
+    )
+    most = max(pulls, default=None)
 
     def run(plant: Plant, friction: float, hand: Controller) -> Episode:
         after = grip.hold_steps
         episode = run_episode(plant, hand, calibration, bounds, friction, object_mass_g, after)
-        return replace(episode, result=replace(judged_warnings(episode, grip), friction_law=law))
+        judged = judged_warnings(episode, grip)
+        return replace(episode, result=replace(judged, friction_law=law, most_pull_N=most))
 
     episodes = []
     for number, friction in enumerate(friction_coefficients):

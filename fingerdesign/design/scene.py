@@ -159,7 +159,7 @@ class SceneObject(Table):
             remedy = "add one of them, or set friction_law = 'coulomb'"
             yield refuse("(absent)", bound, remedy, "object.shear_limit_MPa")
         elif limit is not None and limit <= (strength or 0.0):
-            remedy = "raise it, or set friction_law = 'shear_strength'"
+            remedy = "raise it, or remove it and set friction_law = 'shear_strength'"
             yield refuse(limit, "over shear_strength_MPa", remedy, "object.shear_limit_MPa")
 
     @property

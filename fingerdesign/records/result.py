@@ -144,6 +144,8 @@ class GripResult:
     ended by sticking, None where nothing slid; catch_s: the longest that a catch took; swing_Hz:
     of the object on the fingers, as it was lifted. gross_slip is true of what was caught too.
     rotation_deg: by which an object off the middle has turned between the fingers, at the end.
+    most_pull_N: the most that pulls at the object while it hangs, where tugs and other masses make
+    it more than its first weight; None elsewhere.
     friction_law: empty for Coulomb's; under another one, friction_coefficient is half the weight
     over the least normal force that holds it.
     """
@@ -182,6 +184,7 @@ class GripResult:
     friction_law: str = ""
     slip_ratio: float | None = None
     rotation_deg: float = 0.0
+    most_pull_N: float | None = None
 
     @property
     def least_force_N(self) -> float:
@@ -190,9 +193,15 @@ class GripResult:
         return weight_per_finger(self.object_mass_g) / ratio
 
     @property
+    def holding_force_N(self) -> float:
+        """Least normal force that holds it to the end, through tugs and other masses."""
+        weight = weight_per_finger(self.object_mass_g)
+        return self.least_force_N * max(0.5 * (self.most_pull_N or 0.0) / weight, 1.0)
+
+    @property
     def peak_ratio(self) -> float:
-        """Peak normal force over the least one that holds."""
-        return self.peak_normal_force_N / self.least_force_N
+        """Peak normal force over the least one that holds to the end."""
+        return self.peak_normal_force_N / self.holding_force_N
 
     @property
     def holds_object(self) -> bool:

@@ -104,3 +104,32 @@ def test_a_mesh_made_elsewhere_is_read_next_to_its_design(design, tmp_path, in_t
     (out / "mesh.inp").unlink()
     assert "mesh.file" in terminal("mesh", own, "--out", tmp_path / "third", code=2).err
     assert not (tmp_path / "third").exists()
+
+
+def test_files_of_the_users_own_are_not_written_over(in_tmp_path, tmp_path, terminal):
+    """A mesh goes into the very folder that is named, a drawing next to others."""
+    (tmp_path / "mine").mkdir()
+    for name, line in (
+        ("quality.txt", "mesh tees --fidelity plane-strain --no-picture"),
+        ("tees.svg", "view tees"),
+        ("paper.html", "paper --design tees"),
+    ):
+        own = tmp_path / "mine" / name
+        own.write_text("precious", "utf-8")
+        refused = terminal(*line.split(), "--out", "mine", code=2).err
+        assert f"a folder without {name}, which no command has written" in refused
+        assert own.read_text("utf-8") == "precious"
+        own.unlink()
+    terminal("view", "tees", "--out", "mine")
+    terminal("view", "tees", "--out", "mine")  # its own is drawn again
+
+
+def test_a_mesh_is_not_written_over_the_one_that_its_design_names(in_tmp_path, tmp_path, terminal):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "quality.json").write_text("{}", "utf-8")
+    (tmp_path / "mine" / "mesh.msh").write_text("precious", "utf-8")
+    text = 'design.name = "own"\n[mesh]\nmesher = "file"\nfile = "mine/mesh.msh"\n'
+    (tmp_path / "own.toml").write_text(text, "utf-8")
+    refused = terminal("mesh", "own.toml", "--format", "msh", "--out", "mine", code=2).err
+    assert "without the design's own mesh.file" in refused
+    assert (tmp_path / "mine" / "mesh.msh").read_text("utf-8") == "precious"

@@ -249,9 +249,14 @@ def test_variants_of_a_study_that_cannot_exist_are_counted_and_a_study_of_such_a
     assert "cannot exist: 1 of 3 variants tried (s-0001: plates.cover_mm = 0.01" in shown
     study.write_text(f"{text}plates.cover_mm = [0.6, 0.7]\n", "utf-8")
     assert "cannot exist" not in terminal("check", study).out
+    # Half of them exist, of the last key's values each second one.
+    many = [20.0 + 0.1 * k for k in range(50)]
+    study.write_text(f"{text}body.arc_radius_mm = {many}\nplates.cover_mm = [0.01, 0.6]\n")
+    shown = " ".join(terminal("check", study).out.split())
+    assert 15 < int(re.search(r"cannot exist: (\d+) of 50", shown)[1]) < 35
     study.write_text(f"{text}mesh.file = ['none.msh']\n", "utf-8")
     refused = terminal("check", study, code=2).err
-    assert "variants tried: 1: must be such that a variant can exist; mesh.file = " in refused
+    assert "variants: 1: must be such that a variant can exist; mesh.file = " in refused
 
 
 def test_what_fixed_keys_make_impossible_is_named_as_theirs(tmp_path, terminal):

@@ -5,6 +5,7 @@ import signal
 import sys
 import time
 
+import numpy as np
 import pytest
 from fingerdesign_cli import main as cli_main
 
@@ -94,3 +95,23 @@ def test_an_import_ends_before_the_interruption(run, importable, tmp_path, capsy
 def test_signals_that_are_ignored_stay_so(run):
     signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as under nohup
     assert run(lambda: signal.raise_signal(signal.SIGHUP)) == 0
+
+
+def test_an_interruption_waits_while_a_sobol_sequence_is_made():
+    """SciPy's compiled code would swallow it, and draw one point again and again."""
+    from scipy.stats import qmc
+
+    waits = []
+
+    def entered(frame, event, _):
+        if event == "call" and frame.f_code.co_name == "__init__":
+            waits.append(cli_main._delays(frame))
+
+    sys.setprofile(entered)
+    try:
+        qmc.Sobol(2, scramble=True, rng=np.random.default_rng(0))
+    finally:
+        sys.setprofile(None)
+    assert waits
+    assert all(waits)
+    assert not cli_main._delays(sys._getframe())

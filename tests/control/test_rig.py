@@ -150,6 +150,11 @@ def test_a_tug_and_a_change_of_weight_are_carried_or_not(half_plane, design, val
     assert (result.lifted, result.gross_slip) == (True, bool(dropped))
     assert len(trace.dx) == trace.lift_step + 1 + (dropped or 20)
     assert (result.slip_distance_mm > 0.0) == bool(dropped)
+    # The force that holds to the end, and its excess, are of the most that pulls.
+    most = {10: 9.80665e-3 * MASS + 40.0, 5: 29.41995, 0: 1e-3 * 9.80665 * 310.0}[dropped]
+    assert result.most_pull_N == pytest.approx(most, rel=1e-6)
+    assert result.holding_force_N == pytest.approx(0.5 * most / 0.4, rel=1e-6)
+    assert result.peak_ratio == result.peak_normal_force_N / result.holding_force_N
     if not dropped:
         carried = 2.0 * result.final_tangential_force_N
         assert carried == pytest.approx(1e-3 * 9.80665 * 310.0, rel=1e-6)

@@ -168,6 +168,11 @@ def test_with_values_is_checked_like_a_file():
     assert with_values(design, numbers).plates.count == 3
     with pytest.raises(DesignError, match=r"^a: mesh\.file = .*none\.msh"):
         with_values(design, arrays)
+    for wrong in (np.ma.masked, np.timedelta64(2, "ns")):
+        with pytest.raises(DesignError, match="cover_mm"):
+            with_values(design, {"plates.cover_mm": wrong})
+    rows = with_values(design, {"plates.rows": [{"count": np.int64(3), "cover_mm": 4.0}]})
+    assert rows.plates.rows[0].count == 3
     del arrays["mesh.file"]
     assert with_values(design, arrays).grip.friction_coefficients == (0.3, 0.5)
     softer = with_values(design, {"materials.silicone.youngs_modulus_MPa": 1.0})

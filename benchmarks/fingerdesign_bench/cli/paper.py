@@ -33,11 +33,12 @@ def command(folder: Path, design_file: Path) -> None:
     SVG with its data as CSV, and paper.json. In plane strain, under a minute. Exit code 0 also
     where a claim of the paper does not hold: that is a finding.
     """
-    from fingerdesign_cli.inputs import read_case
+    from fingerdesign_cli.inputs import read_case, refuse_in_the_way
 
-    from fingerdesign_bench.paper.remade import remake, write_paper
+    from fingerdesign_bench.paper.remade import PAGE_FILE, RECORD_FILE, remake, write_paper
 
     design, _ = read_case(design_file)
+    refuse_in_the_way([folder / PAGE_FILE], folder / RECORD_FILE)
     with progress("paper") as show:
         found = remake(design, show)
         show("drawing", 0.93)

@@ -10,15 +10,15 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 14
+METRICS_VERSION = 15
 # Computed on request: each group costs as much as a section's analysis, or twice that.
 PLACEMENT = "placement_effect"
 SPREAD = ("reading_std", "reading_std_calibrated", "yield_by_motion", "gage_response_90")
 ON_REQUEST = (PLACEMENT, *SPREAD)
-# Of the fundamental case with its grips and frictions; a scene has neither.
+# Of the fundamental case with its grips and frictions; a scene has neither, and one verdict alone.
 OF_GRIPS = (
     *("grip_success", "safety_margin", "least_margin", "peak_force_N", "peak_ratio"),
-    *("area_correlation", "best_area_share"),
+    *("area_correlation", "best_area_share", "failed_verdicts", "shortfall"),
 )
 Goal = Literal["min", "max"]
 
@@ -79,7 +79,7 @@ _ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, 
         "peak_ratio",
         "",
         "min",
-        "median of peak F_n over the least that holds, mg / 2 mu; grips that lifted",
+        "median of peak F_n over the least that holds to the end; grips that lifted",
     ),
     ("stick_error", "", "min", "RMS error of the stick ratio as estimated from noisy gages"),
     ("gage_response", "microstrain/N", "max", "greatest reading per tangential force"),
