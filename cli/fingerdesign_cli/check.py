@@ -162,9 +162,13 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
         study = parse_study(file_text(path, "study"), str(path))
     except DesignError as error:
         return {}, error
-    impossible = None
+    notes: dict[str, object] = {}
     try:
-        impossible = _impossible(study, base_design(study, path.parent))
+        base = base_design(study, path.parent)
+        if words := "; ".join(_training_words(base)):
+            notes["each variant"] = words
+        if impossible := _impossible(study, base):
+            notes["cannot exist"] = impossible
     except DesignError as error:
         errors.append(error)
     try:
@@ -182,7 +186,7 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
         "fidelity": study.study.fidelity,
         "objectives": ", ".join(f"{each.direction} {each.metric}" for each in study.objectives),
     }
-    return facts | ({"cannot exist": impossible} if impossible else {}), None
+    return facts | notes, None
 
 
 def _impossible(study: Study, base: Design) -> str:

@@ -198,7 +198,7 @@ def _export_finger(design: Design, folder: Path, target: Target) -> int:
         write_whole(aside / f"finger.{record}", write(finger))
     meshes = sorted(path.name for path in finger.meshes.values())
     grams, sites = 1e3 * finger.mass, len(finger.sites)
-    words = f"{folder / f'finger.{record}'}: {grams:.3g} g, {sites} gages, {len(meshes)} meshes"
+    words = f"{folder / f'finger.{record}'}: {grams:.3g} g, gages: {sites}, meshes: {len(meshes)}"
     about = {"design": finger.name, "mass_g": grams, "gages": sites}
     say_result(lambda: {**about, "files": [f"finger.{record}", *meshes]}, lambda: click.echo(words))
     return 0

@@ -208,7 +208,7 @@ def _show_card(card: gripbench.Scorecard, folder: Path) -> None:
         median = NONE if margin is None else f"{margin.median:.2f}"
         rows.append([_named(each["controller"]), *words, median, f"{each['dropped']}"])
     grips = card["scores"][0]["grips"]
-    title = f"GripBench {card['version']}, {card['set']}: {grips} grips each; success in %"
+    title = f"GripBench {card['version']}, {card['set']}: grips each: {grips}; success in %"
     print_table(title, ["controller", "success", "95 %", "margin", "dropped"], rows)
     click.echo(f"{card['seconds']:.0f} s; scorecard: {folder / gripbench.RECORD}")
 
@@ -260,7 +260,7 @@ def _show(found: ControlStudy, folder: Path) -> None:
     noise, data = found.trace_noise, found.data
     rows = [(_named(each["controller"]), at_noise(each, noise)) for each in data["controllers"]]
     print_table(
-        f"{data['design']} at {noise:g} microstrain: {rows[0][1].grips} grips each; "
+        f"{data['design']} at {noise:g} microstrain: grips each: {rows[0][1].grips}; "
         "success and held in %",
         ["controller", "success", "95 %", "held", "dropped", "crushed", "not lifted"],
         [_shares(name, own) for name, own in rows],
@@ -300,7 +300,7 @@ def _show_faults(found: ControlStudy) -> None:
             margin = own.safety_margin
             cells.append(words if margin is None else f"{words}, {margin.median:.2f}")
         rows.append([label, *cells])
-    title = f"success in % (95 % over fingers), margin; {perturbed['plants']} fingers a row"
+    title = f"success in % (95 % over fingers), margin; fingers a row: {perturbed['plants']}"
     print_table(title, ["fault", *(_named(each["controller"]) for each in every)], rows)
 
 

@@ -204,6 +204,11 @@ def test_more_is_requested_more_is_predicted():
     assert "grips" in reported.seconds
     assert "grips" not in alone.seconds
     assert alone.total_s < reported.total_s
+    # A grip has as many moves as its stage's travel takes, or as its steps allow.
+    longer = Case(shipped("narrow", {"grip.max_steps": 2000}), None, "plane-strain")
+    shorter = Case(shipped("narrow", {"grip.max_steps": 10}), None, "plane-strain")
+    grips = [forecast_case(each, MACHINE).seconds["grips"] for each in (longer, shorter)]
+    assert grips[0] == reported.seconds["grips"] > 3.0 * grips[1]
     swept = shipped("narrow", SWEPT)
     half = forecast_case(Case(swept, load_scene("fundamental"), "3d"), MACHINE)
     whole = forecast_case(Case(swept, load_scene("twist"), "3d"), MACHINE)

@@ -63,6 +63,23 @@ def test_one_force_for_a_wide_range_of_friction_is_offered_with_its_price(result
         assert brings == f"lifts ✓{price}"
 
 
+def test_one_force_holds_what_pulls_most_and_less_mass_is_no_fix_of_what_comes_later(result):
+    first = failing(result, 0.5, object_mass_g=150.0, slip_ratio=None)
+    later = failing(result, 0.5, object_mass_g=150.0, slip_ratio=None, most_pull_N=4.413)
+
+    def force(found):
+        (change,) = (
+            each.change
+            for each in verdict_view(found).fixes
+            if each.change.startswith("grip.fixed_force.force_N")
+        )
+        return float(change.rpartition("=")[2])
+
+    assert force(later) == pytest.approx(3.0 * force(first), rel=5e-3)  # 450 g after 150
+    assert force(later) == pytest.approx(1.5 * 0.5 * 4.413 / 0.5, rel=5e-3)
+    assert not [each for each in verdict_view(later).fixes if "object_mass_g" in each.change]
+
+
 def test_one_force_holds_what_passes_too_and_bears_the_gentlest_where_it_can(result):
     for fails, lifts in ((0.6, 0.3), (0.3, 0.6)):  # a ratio of 2: 1.5 of one is 3 of the other
         found = failing(result, fails, lifted=[lifts])

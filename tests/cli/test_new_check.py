@@ -249,6 +249,11 @@ def test_variants_of_a_study_that_cannot_exist_are_counted_and_a_study_of_such_a
     assert "cannot exist: 1 of 3 variants tried (s-0001: plates.cover_mm = 0.01" in shown
     study.write_text(f"{text}plates.cover_mm = [0.6, 0.7]\n", "utf-8")
     assert "cannot exist" not in terminal("check", study).out
+    study.write_text(f"{text}grip.controller = ['regulator']\n".replace("tees", "narrow"), "utf-8")
+    assert "each variant" not in terminal("check", study).out
+    trained = f"{text}plates.count = [5]\n[fixed]\ngrip.controller = 'regulator'\n"
+    study.write_text(trained, "utf-8")
+    assert "each variant: grip.controller = 'regulator' is trained" in terminal("check", study).out
     # Half of them exist, of the last key's values each second one.
     many = [20.0 + 0.1 * k for k in range(50)]
     study.write_text(f"{text}body.arc_radius_mm = {many}\nplates.cover_mm = [0.01, 0.6]\n")

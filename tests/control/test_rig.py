@@ -37,6 +37,11 @@ def test_tables_that_move_alike_share_a_calibration(half_plane, design):
         assert found is not own
         again = Rig(half_plane, "both", other).calibration()
         assert np.array_equal(found.normal.readings, again.normal.readings)
+    noisy = with_values(design, {"grip.hardware.gage_noise_microstrain": 1.0}).grip
+    loud = rig.with_grip(noisy)
+    assert loud.with_grip(noisy.model_copy(update={"seed": 1})).calibration() is not (
+        loud.calibration()
+    )
 
 
 def test_by_default_it_is_the_finger_alone_and_perfect(half_plane, design):

@@ -25,6 +25,18 @@ def test_a_bonded_gage_gives_way_to_the_film_that_is_cast():
     assert space_of(foil, Freedom(keep=("gages.kind",))).base.gages.kind == "etched_constantan"
 
 
+def test_a_tall_finger_may_become_as_low_as_those_that_pass():
+    """The lowest of them over its width; a finger that is lower keeps its own share."""
+    passing = [load_design(name).body for name in PASSING]
+    lowest = min(each.base_height_mm / each.width_mm for each in passing)
+    tall = with_values(load_design("maeno2000"), {"body.base_height_mm": 14.0})
+    least = space_of(tall, Freedom()).parameters["body.base_height_mm"].low
+    assert least == pytest.approx(lowest * tall.body.width_mm, abs=0.1)
+    flat = load_design("film_tees")
+    least = space_of(flat, Freedom()).parameters["body.base_height_mm"].low
+    assert least == pytest.approx(0.6 * flat.body.base_height_mm, abs=0.1)
+
+
 @pytest.mark.parametrize(
     "name", ["maeno2000", "narrow", "both_ways", "homogeneous", "domed", "pin"]
 )

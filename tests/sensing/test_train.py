@@ -17,6 +17,7 @@ from fingerdesign.control.features import feature_count
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.train import network
+from fingerdesign.sensing.train import policy as policy_module
 from fingerdesign.sensing.train import result as training
 from fingerdesign.sensing.train.estimator import BANDS, NOISES, train_estimator
 from fingerdesign.sensing.train.paths import FRICTIONS, Settings, random_grip_paths
@@ -137,7 +138,7 @@ def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips):
     )
 
 
-def test_the_grips_of_a_policy_depend_on_their_seed_and_are_true(problem, grips):
+def test_the_grips_of_a_policy_depend_on_their_seed_and_are_true(problem, grips, calls_of):
     policy = train_estimator(problem, "pilot", SETTINGS, grips=grips, bands=BANDS[:1]).estimator
     assert len(policy.bands) == 1
     grip = Grip(preload_mm=0.01, max_approach_mm=0.12, max_steps=40)
@@ -145,7 +146,11 @@ def test_the_grips_of_a_policy_depend_on_their_seed_and_are_true(problem, grips)
     def own(seed):
         return policy_grips(problem, [problem] * 2, "upper", grip, policy, seed)
 
+    episodes = calls_of(policy_module, "run_episode")
     first = own(0)
+    delays = [(plant._hardware.delay_samples, known.delay) for (plant, _, known, *_), _ in episodes]
+    assert all(had == known for had, known in delays)
+    assert len({had for had, _ in delays}) > 1
     assert [each.truths for each in own(0)] == [each.truths for each in first]
     assert own(1)[0].friction_coefficient != first[0].friction_coefficient
     for each in first:

@@ -277,7 +277,8 @@ def export() -> None:
 @click.option(
     "--program",
     metavar="COMMAND",
-    help="Judge a program of any language that answers lines of JSON (docs/how_to/control.md).",
+    help="Judge a program of any language that answers lines of JSON "
+    "(docs/reference/gripbench.md).",
 )
 @click.option(
     "--held-out",
