@@ -90,9 +90,9 @@ def _plain(value: object) -> object:
 def without_plates(design: Design) -> Design:
     """Return the same finger with nothing in the rubber but a core if there is one: the other side
     of a rig that reads one finger alone."""
-    gone = ("plates.placement", "plates.rows", "assumed")
-    gone += ("grip.hardware.dead_gages", "grip.hardware.dying_gages")
-    return with_values(design, {"plates.count": 0, **dict.fromkeys(gone)})
+    of_plates = ("plates.placement", "plates.rows", "assumed")
+    of_gages = ("grip.hardware.dead_gages", "grip.hardware.dying_gages")
+    return with_values(design, {"plates.count": 0, **dict.fromkeys((*of_plates, *of_gages))})
 
 
 def judge_design(text: str, source: str = "", folder: Path | None = None) -> Judged[Design]:

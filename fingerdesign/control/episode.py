@@ -294,11 +294,12 @@ def run_episodes(
         estimator = estimator.at_noise(grip.hardware.gage_noise_microstrain)
 
     law = rig.problem.law.name
-    events = [*grip.tugs, *grip.weight_changes]
+    spans = [(each.step_after_lift, each.duration_steps) for each in grip.tugs]
+    spans += [(each.step_after_lift, 1) for each in grip.weight_changes]
     pulls = (
-        pull_at(each.step_after_lift + k, object_mass_g, grip.tugs, grip.weight_changes)
-        for each in events
-        for k in range(getattr(each, "duration_steps", 1))
+        pull_at(first + k, object_mass_g, grip.tugs, grip.weight_changes)
+        for first, steps in spans
+        for k in range(steps)
     )
     most = max(pulls, default=None)
 
