@@ -13,6 +13,8 @@ from fingerdesign.control.estimator import Band, GripEstimator, Layer
 from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.sensing.model import grip_problem
 from fingerdesign.sensing.train.result import finger_key
+from fingerdesign.tolerance import spread
+from fingerdesign.tolerance.cast import Draws
 from tests.support.fingers import COARSE
 
 
@@ -208,3 +210,11 @@ def test_a_foreign_folder_is_refused_before_work(terminal, tmp_path):
     refused = terminal("grip", "maeno2000", "--out", tmp_path, code=2).err
     assert "notes.txt" in refused
     assert "meshing" not in refused
+
+
+def test_points_of_a_yield_are_hundredths(tmp_path, terminal, calls_of):
+    """Refused for want of gages, after the option was read."""
+    called = calls_of(spread, "tolerance")
+    given = ("--yield-within", "5", "--workers", "2", "--out", tmp_path / "out")
+    terminal("tolerance", "homogeneous", *given, code=2)
+    assert [given[-1] for given, _ in called] == [Draws(0.05, 2)]
