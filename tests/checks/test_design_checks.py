@@ -433,3 +433,16 @@ def test_a_remedy_is_the_last_value_that_mends(tables, key, mends, fails):
     for value, there in ((mends, False), (fails, True)):
         set_value(data, key, value)
         assert (fault.key in keys(**data)) == there
+
+
+def test_of_a_range_of_masses_the_heaviest_sets_the_travel_the_lightest_steps_and_forces():
+    def grip(masses):
+        return parse_design(f'design.name = "a"\ngrip.object_mass_g = {masses}').grip
+
+    light, heavy, both = grip("100.0"), grip("500.0"), grip("[100.0, 500.0]")
+    assert both.max_approach_mm == heavy.max_approach_mm > light.max_approach_mm
+    assert both.fundamental_approach_mm == heavy.fundamental_approach_mm
+    for key in ("preload_mm", "approach_step_mm", "shear_step_mm", "curve_per_N", "hold_force_N"):
+        own, alone, other = (getattr(each, key) for each in (both, light, heavy))
+        assert own == pytest.approx(alone, rel=0.01)  # of three digits
+        assert abs(other / own - 1.0) > 0.2
