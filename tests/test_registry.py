@@ -1,12 +1,14 @@
 """A kind from outside the package is one file and one registration: TOML and commands know it."""
 
 import json
+import math
 import tomllib
 
 import jsonschema
 import pytest
 
 from fingerdesign.errors import DesignError
+from fingerdesign.runtime.references import allow_code, referred
 from fingerdesign.runtime.registry import BODIES, CONTROLLERS, MESHERS, PLATE_LAYOUTS, SCENE_OBJECTS
 from tests.support.plugins import installed
 
@@ -207,3 +209,13 @@ def test_names_that_are_listed_are_those_that_register(registry):
     assert registry.find(listed[0], "key").name == listed[0]
     with pytest.raises(DesignError, match=f"did you mean {listed[0]}"):
         registry.find(listed[0][:-1], "key")
+
+
+@pytest.mark.usefixtures("nothing_allowed")
+def test_permissions_add_up():
+    """Each of two references may be followed; a third one, and all of a module, may not."""
+    allow_code("math:pi")
+    allow_code("math:e")
+    assert (referred("math:pi", "a.b"), referred("math:e", "a.b")) == (math.pi, math.e)
+    with pytest.raises(DesignError, match="--allow-code"):
+        referred("math:tau", "a.b")
