@@ -22,7 +22,7 @@ from fingerdesign.sensing.train import result as training
 from fingerdesign.sensing.train.estimator import BANDS, NOISES, train_estimator
 from fingerdesign.sensing.train.paths import FRICTIONS, Settings, random_grip_paths
 from fingerdesign.sensing.train.policy import policy_grips
-from fingerdesign.sensing.train.samples import finger_curves, sample, sample_grips
+from fingerdesign.sensing.train.samples import _noisy, finger_curves, sample, sample_grips
 
 BOUNDS = Bounds(preload=0.01, approach_step=0.004, max_approach=0.12, max_steps=0)
 COARSE = {"plates.count": 3, "mesh.section.contact_size_mm": 0.4}
@@ -78,6 +78,21 @@ def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
     assert quiet.shape == (len(truths), feature_count(3))
     assert np.array_equal(truths, same)
     assert np.abs(loud[:, :3] - quiet[:, :3]).mean() > 0.0
+
+
+def test_each_force_has_noise_of_its_own(grips):
+    """Of 2000 samples of one moment, none of the noises goes with another."""
+    moment, rng = grips[0].moments[-1], np.random.default_rng(0)
+    settings = replace(SETTINGS, force_noise=0.1)
+    noisy = [_noisy(moment, 0.5, np.ones(3), settings, rng).sample for _ in range(2000)]
+    forces = np.array([[each.normal_force, each.tangential_force] for each in noisy])
+    parts = np.column_stack([forces, [each.readings for each in noisy]])
+    true = moment.sample
+    assert parts[:, :2].mean(axis=0) == pytest.approx(
+        [true.normal_force, true.tangential_force], abs=0.01
+    )
+    assert parts.std(axis=0) == pytest.approx([0.1, 0.1, 0.5, 0.5, 0.5], rel=0.1)
+    assert np.abs(np.corrcoef(parts.T) - np.eye(5)).max() < 0.1
 
 
 @pytest.mark.slow
