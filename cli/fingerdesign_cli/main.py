@@ -192,7 +192,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 
 def _delays(frame: FrameType | None) -> bool:
-    """Whether compiled code runs that must not be interrupted: VTK and OCP crash while they load;
+    """True while compiled code runs that bears no interruption: VTK and OCP crash as they load;
     SciPy's Sobol sequence swallows it, and all its points are the same."""
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):

@@ -82,7 +82,7 @@ def differences(old, new):
 
 
 def alike(a, b):
-    """Whether two lines have the same words and the same numbers, but for rounding."""
+    """True of lines with the same words and the same numbers, but for rounding."""
     if a == b:
         return True
     if NUMBER.split(a) != NUMBER.split(b):
