@@ -190,7 +190,7 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
 
 
 def _impossible(study: Study, base: Design) -> str:
-    """Count, of variants drawn at random, those that cannot exist, with the chief reason; "" of none.
+    """Count, of a few variants at random, those that cannot exist, with the chief reason; or "".
 
     Raises DesignError where all were tried and none of them can.
     """
