@@ -238,3 +238,10 @@ def test_what_cannot_be_analysed_is_not_predicted():
     assert [each.fidelity for each in forecasts(shipped("both_ways"))] == ["3d"]
     flat = forecasts(shipped("narrow"), load_scene("ball"))
     assert [each.fidelity for each in flat] == ["3d"]
+
+
+def test_a_changed_copy_that_nobody_judged_is_refused():
+    plates = shipped("narrow").plates.model_copy(update={"cover_mm": -1.0})
+    case = Case(shipped("narrow").model_copy(update={"plates": plates}), fidelity="plane-strain")
+    with pytest.raises(DesignError, match=r"plates\.cover_mm = -1"):
+        refuse(case, case.path_scene)

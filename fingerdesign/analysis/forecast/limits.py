@@ -7,6 +7,7 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast.forecast import Forecast, forecast_case, impossible
+from fingerdesign.checks.design import design_faults
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.scene import Scene
 from fingerdesign.errors import DesignError, Fault, GeometryError, MeshError
@@ -23,9 +24,10 @@ _SIZES = ("contact_size_mm", "plate_size_mm", "far_size_mm")
 def refuse(case: Case, scene: Scene) -> None:
     """Raise DesignError with every fault that design, scene and fidelity have together.
 
-    What is sound but too large for this machine's memory is refused too, unless ``case.go_on``.
+    A design changed by ``model_copy`` was judged by nothing: its geometry is judged here. What is
+    sound but too large for this machine's memory is refused too, unless ``case.go_on``.
     """
-    faults = impossible(case, scene)
+    faults = design_faults(case.design) or impossible(case, scene)
     if not faults and case.fidelity != "auto" and not case.go_on:
         faults = memory_faults(case)
     if faults:
