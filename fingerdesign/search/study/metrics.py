@@ -1,11 +1,13 @@
-"""Metrics of fingers: each one's unit, which end of it is better, and its meaning.
+"""Metrics of fingers, described in metrics.toml.
 
 search/run/measured.py computes them. A change of a meaning raises ``METRICS_VERSION``,
 which is part of every outcome's digest. The standard library only.
 """
 
 import difflib
+import tomllib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from fingerdesign.design.base import refuse
@@ -65,122 +67,11 @@ class Metric:
         return f"good {ends[0]} {self.good:g}, poor {ends[1]} {self.poor:g}"
 
 
-_ROWS: tuple[tuple[str, str, Goal | None, str], ...] = (  # name, unit, better, meaning
-    (
-        "grip_success",
-        "",
-        "max",
-        "share of the grips lifted without complete slip, at the worst mass",
-    ),
-    ("safety_margin", "", None, "median of F_n / (F_t / mu) at lift, over grips that lifted"),
-    ("least_margin", "", "max", "least margin of the grips that lifted; 1 is on the edge of slip"),
-    ("peak_force_N", "N", "min", "greatest normal force of all grips"),
-    (
-        "peak_ratio",
-        "",
-        "min",
-        "median of peak F_n over the least that holds to the end; grips that lifted",
-    ),
-    ("stick_error", "", "min", "RMS error of the stick ratio as estimated from noisy gages"),
-    ("gage_response", "microstrain/N", "max", "greatest reading per tangential force"),
-    (
-        "smallest_stick_change",
-        "",
-        "min",
-        "smallest change of the stick ratio that gages show above the noise of one sample",
-    ),
-    (
-        "area_correlation",
-        "",
-        "max",
-        "least rank correlation of gage area and stick area, over five frictions",
-    ),
-    (
-        "best_area_share",
-        "",
-        None,
-        "value of gages.area_share with the greatest least rank correlation",
-    ),
-    ("failed_verdicts", "", "min", "verdicts of analyse that fail"),
-    ("shortfall", "", "min", "distance from passing all verdicts; 0: all pass with room to spare"),
-    ("normal_force_N", "N", None, "F_n at the end of the scene's path"),
-    ("tangential_force_N", "N", None, "F_t at the end of the scene's path"),
-    ("stiffness_N_per_mm", "N/mm", None, "F_n over approach at the deepest approach"),
-    (
-        "first_slip_N",
-        "N",
-        None,
-        "F_t where the stick ratio falls below 0.9 of its most in the pull",
-    ),
-    (
-        PLACEMENT,
-        "",
-        "min",
-        "greatest change of a reading by plates off their places in the mold, a share of the "
-        "largest; on request",
-    ),
-    (
-        SPREAD[0],
-        "",
-        "min",
-        "standard deviation of the readings of fingers as made, a share of the largest of their "
-        "row; on request",
-    ),
-    (
-        SPREAD[1],
-        "",
-        "min",
-        "the same of calibrated fingers, whose rubber, plates' modulus and gages a bench measured",
-    ),
-    (
-        SPREAD[2],
-        "",
-        "max",
-        "share of fingers as made that grip with 1.1 to 1.5 x least force, closed alike; on "
-        "request",
-    ),
-    (
-        SPREAD[3],
-        "microstrain/N",
-        "max",
-        "greatest reading per tangential force that nine of ten fingers as made reach; on request",
-    ),
-    ("peak_pressure_MPa", "MPa", "min", "greatest contact pressure of the path"),
-    ("plates", "", "min", "plates used"),
-    ("cost", "", "min", "what [cost] adds up: plates, gages, rubber"),
-    ("rubber_volume_ml", "ml", "min", "volume of the elastomer"),
-    ("plane_strain_error", "", None, "forecast of what plane strain overstates F_n by"),
-    ("core_seconds", "s", None, "processor time of the variant"),
-)
-_SCALES = {  # good, poor
-    "grip_success": (0.95, 0.75),
-    "least_margin": (1.2, 1.05),
-    "peak_ratio": (1.5, 3.0),
-    "stick_error": (0.1, 0.2),
-    "smallest_stick_change": (0.1, 0.3),
-    "area_correlation": (0.8, 0.5),
+_FILE = Path(__file__).with_suffix(".toml")
+METRICS: dict[str, Metric] = {
+    name: Metric(**{"name": name, **facts})
+    for name, facts in tomllib.loads(_FILE.read_text(encoding="utf-8")).items()
 }
-_CHANCE = {  # share, step, noisy
-    "safety_margin": (0.02, 0.0, 0.18),
-    "least_margin": (0.035, 0.0, 0.4),
-    "peak_force_N": (0.06, 0.0, 0.11),
-    "peak_ratio": (0.03, 0.0, 0.19),
-    "stick_error": (0.0, 0.007, 0.0),
-    "gage_response": (0.005, 0.0, 0.0),
-    "smallest_stick_change": (0.02, 0.0, 0.0),
-    "normal_force_N": (0.002, 0.0, 0.0),
-    "tangential_force_N": (0.002, 0.0, 0.0),
-    "stiffness_N_per_mm": (0.001, 0.0, 0.0),
-    "first_slip_N": (0.003, 0.0, 0.0),
-    "peak_pressure_MPa": (0.007, 0.0, 0.0),
-}
-METRICS: dict[str, Metric] = {}
-for _name, _unit, _better, _words in _ROWS:
-    _good, _poor = _SCALES.get(_name, (None, None))
-    _share, _step, _noisy = _CHANCE.get(_name, (0.0, 0.0, 0.0))
-    METRICS[_name] = Metric(
-        _name, _unit, _better, _words, _good, _poor, share=_share, step=_step, noisy=_noisy
-    )
 
 
 def known_metric(name: str) -> str:
