@@ -21,7 +21,6 @@ from fingerdesign.search.compare.recommend import (
     why_not,
 )
 from fingerdesign.search.compare.table import design_table
-from fingerdesign.search.compare.widgets import heading_of
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.evaluate import Job
@@ -190,7 +189,7 @@ def _show_designs(found: Comparison, best: Recommendation) -> None:
     table = design_table(found.outcomes, found.facts, best)
     wanted = ["failed_verdicts", *(each.metric for each in found.facts.objectives)]
     shown = [k for k, each in enumerate(table.columns) if each.path[-1] in wanted]
-    headings = ["design", "standing", *(heading_of(table.columns[k]) for k in shown)]
+    headings = ["design", "standing", *(table.columns[k].heading for k in shown)]
     rows = [
         [found.outcomes[number].name, cells[0], *(cells[1 + k] for k in shown)]
         for number, _, cells in table.rows[:MOST_DESIGNS]

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from html import escape
+from pathlib import Path
 from typing import Any
 
 from fingerdesign.errors import all_shown, shown
@@ -53,19 +54,18 @@ from fingerdesign.search.compare.table import (
     design_table,
     value_at,
 )
-from fingerdesign.search.compare.widgets import (
-    READINGS,
-    SIDES,
-    TEMPLATES,
-    chart_widget,
-    designs_widget,
-    downloads_widget,
-    heading_of,
-    pair_widget,
-    parallel_widget,
-)
 from fingerdesign.search.compare.words import Summary, summary
 
+TEMPLATES = Path(__file__).parent / "templates"
+SIDES = ((0, "A", "mark-a"), (1, "B", "mark-b"))
+READINGS = {
+    "normal_force_N": "normal force (N)",
+    "tangential_force_N": "tangential force (N)",
+    "stick_ratio": "stick ratio",
+    "contact_width_mm": "contact width (mm)",
+    "approach_mm": "approach (mm)",
+    "shear_mm": "shear (mm)",
+}
 _HEAVY: dict[str, Any] = {"design": {}, "traces": Traces(), "grips": (), "schema_version": 0}
 SCRIPTS = ("page.js", "table.js", "charts.js", "pareto.js", "parallel.js", "views.js")
 MOST_TICK = 14  # characters of a text next to an axis
@@ -199,16 +199,23 @@ def compare_html(
         data["designs"][number] |= {"standing": cells[0], "rank": rank}
     axes, head = _first_axes(outcomes, table, facts), summary(outcomes, facts, found)
     lines = [*table.places("values")[:MOST_AXES], *table.places("metrics")[:MOST_AXES]]
-    failures, nothing = _failures(outcomes), Text(NOTHING)
-    designs = designs_widget(table, data["designs"]) if table.rows else nothing
+    parallel = _widget("parallel", columns=table.columns, lines=lines)
+    first: Item = Text(NOTHING)
+    designs: Item = Text(NOTHING)
+    if table.rows:
+        designs = _widget("designs", table=table, designs=data["designs"])
+        if axes:
+            first = _widget("chart", columns=table.columns, axes=axes)
+    pair = _widget("pair", sides=SIDES, readings=READINGS)
+    failures = _failures(outcomes)
     sections = [
         Section("designs", "All designs", [designs]),
         Section("summary", "Which finger", list(_which(head, search))),
-        Section("pair", "Two designs", [pair_widget()]),
-        Section("parallel", "All at once", [parallel_widget(table, lines)]),
+        Section("pair", "Two designs", [pair]),
+        Section("parallel", "All at once", [parallel]),
         Section("search", "The search", [*map(Text, all_shown(search.notes)), *search.tables]),
         Section("failures", "Failures", [failures if failures.rows else Text(NO_FAILURES)]),
-        Section("downloads", "Downloads", [downloads_widget()]),
+        Section("downloads", "Downloads", [_widget("downloads")]),
     ]
     title = f"{shown(facts.name)}: fingers compared"
     page = Page(
@@ -217,13 +224,17 @@ def compare_html(
         lead=head.lead,
         sections=[each for each in sections if each.items],
         record=[_record(outcomes, facts), Text(DIGESTS, "quiet")],
-        first=chart_widget(table, axes) if table.rows and axes else nothing,
+        first=first,
         view=VerdictView(facts.name, "", 0.0, (*search.verdicts, *head.verdicts)),
         end=[_carried(outcomes, data)],
         style=(TEMPLATES / "compare.css").read_text(encoding="utf-8"),
         scripts=[TEMPLATES / name for name in SCRIPTS],
     )
     return page_html(page)
+
+
+def _widget(name: str, **values: Any) -> Widget:
+    return widget(TEMPLATES / f"{name}.html.j2", **values)
 
 
 def _carried(outcomes: Sequence[Outcome], data: dict[str, Any]) -> Widget:
@@ -234,8 +245,8 @@ def _carried(outcomes: Sequence[Outcome], data: dict[str, Any]) -> Widget:
         "increments.csv": increments_csv(outcomes),
         "grips.csv": grips_csv(outcomes),
     }
-    return widget(
-        TEMPLATES / "data.html.j2",
+    return _widget(
+        "data",
         sides=SIDES,
         data=script_json(data),
         details=list(_details(outcomes)),
@@ -275,17 +286,16 @@ def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     axis; most: characters shown of a text; kinds: the texts that it has; ticks: those as marks of
     an axis. What Plotly shows it reads as markup: label, alike, short and ticks are escaped.
     """
-    heading = heading_of(column)
     better = {"min": "   ← better", "max": "   better →"}.get(column.goal or "", "")
     better += f" ({column.scale})" if column.scale else ""
     found: dict[str, Any] = {
         "path": list(column.path),
         "title": column.title,
-        "heading": heading,
+        "heading": column.heading,
         "numeric": column.numeric,
         "goal": column.goal,
-        "label": escape(heading) + better,
-        "alike": f"{escape(heading)}: the same for all shown",
+        "label": escape(column.heading) + better,
+        "alike": f"{escape(column.heading)}: the same for all shown",
         "short": "<br>".join(escape(each) for each in (column.title, column.unit) if each),
     }
     if column.path[0] == "digest":

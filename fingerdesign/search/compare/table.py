@@ -39,6 +39,11 @@ class Column:
     help: str = ""
     scale: str = ""
 
+    @property
+    def heading(self) -> str:
+        """Title and unit."""
+        return f"{self.title} ({self.unit})" if self.unit else self.title
+
 
 @dataclass(frozen=True)
 class DesignTable:
