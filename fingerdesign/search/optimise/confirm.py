@@ -126,23 +126,55 @@ class Optimised:
     def counts(self) -> dict[str, int]:
         """Trials, and of them those that are no finger, that failed, and that are feasible."""
         failures = [
-            next((o.failure.kind for o in each.outcomes if o.failure is not None), None)
+            next((o.failure.kind for o in each.outcomes if o.failure is not None), "")
             for each in self.tried
         ]
-        invalid = sum(kind == "invalid" for kind in failures)
         return {
             "trials": len(self.tried),
-            "invalid": invalid,
-            "failed": sum(kind is not None for kind in failures) - invalid,
+            "invalid": failures.count("invalid"),
+            "failed": sum(kind not in ("", "invalid") for kind in failures),
             "fail_purpose": sum(bool(each.lacks) for each in self.judged),
             "front": len(self.front),
             "dominate_reference": len(self.dominating),
             "confirmed": len(self.standing),
         }
 
-    def sentences(self) -> tuple[str, ...]:
-        """The results in sentences."""
-        return tuple(_sentences(self))
+    def sentences(self) -> Iterator[str]:
+        """Counts of the trials, the reference's own faults, and what was confirmed."""
+        counts, reference = self.counts(), self.reference
+        goals = " and ".join(
+            f"{'lowest' if each.direction == 'min' else 'highest'} {each.metric}"
+            for each in self.search.study.objectives
+        )
+        yield (
+            f"{_many(counts['trials'], 'trial', 'trials')} ({counts['invalid']} no finger, "
+            f"{counts['failed']} failed) for {goals}: {counts['front']} on the front, "
+            f"{_many(counts['dominate_reference'], 'dominates', 'dominate')} {reference.name}."
+        )
+        lacked = Counter(lack for each in self.judged for lack in each.lacks)
+        if lacked:
+            fail = _many(counts["fail_purpose"], "trial fails", "trials fail")
+            verb = "is" if counts["fail_purpose"] == 1 else "are"
+            lacking = ", ".join(f"{what} ({count})" for what, count in lacked.items())
+            yield (
+                f"{fail} the purpose of a finger, as compare judges it, and {verb} not feasible; "
+                f"lacking: {lacking}."
+            )
+        if reference.failure:
+            yield f"The reference could not be analysed: {reference.failure}"
+        elif reference.lacks:
+            yield f"The reference itself fails its purpose: {'; '.join(reference.lacks.values())}."
+        elif not reference.feasible:
+            yield "The reference itself misses a constraint."
+        if self.thorough_reference is None:
+            yield "Nothing was confirmed by a more thorough model."
+            return
+        confirmed = len(self.standing)
+        yield (
+            f"Analysed again by {self.fidelity}, as the reference was, {confirmed} of "
+            f"{len(self.confirmed)} {'dominates' if confirmed == 1 else 'dominate'} it there too, "
+            f"{self.better_in_all} in every objective."
+        )
 
     def data(self) -> dict[str, Any]:
         """For study.json and scripts."""
@@ -171,44 +203,6 @@ class Optimised:
         }
 
 
-def _sentences(found: Optimised) -> Iterator[str]:
-    """Counts of the trials, the reference's own faults, and what was confirmed."""
-    counts, reference = found.counts(), found.reference
-    goals = " and ".join(
-        f"{'lowest' if each.direction == 'min' else 'highest'} {each.metric}"
-        for each in found.search.study.objectives
-    )
-    yield (
-        f"{_many(counts['trials'], 'trial', 'trials')} ({counts['invalid']} no finger, "
-        f"{counts['failed']} failed) for {goals}: {counts['front']} on the front, "
-        f"{_many(counts['dominate_reference'], 'dominates', 'dominate')} {reference.name}."
-    )
-    lacked = Counter(lack for each in found.judged for lack in each.lacks)
-    if lacked:
-        fail = _many(counts["fail_purpose"], "trial fails", "trials fail")
-        verb = "is" if counts["fail_purpose"] == 1 else "are"
-        lacking = ", ".join(f"{what} ({count})" for what, count in lacked.items())
-        yield (
-            f"{fail} the purpose of a finger, as compare judges it, and {verb} not feasible; "
-            f"lacking: {lacking}."
-        )
-    if reference.failure:
-        yield f"The reference could not be analysed: {reference.failure}"
-    elif reference.lacks:
-        yield f"The reference itself fails its purpose: {'; '.join(reference.lacks.values())}."
-    elif not reference.feasible:
-        yield "The reference itself misses a constraint."
-    if found.thorough_reference is None:
-        yield "Nothing was confirmed by a more thorough model."
-        return
-    confirmed = len(found.standing)
-    yield (
-        f"Analysed again by {found.fidelity}, as the reference was, {confirmed} of "
-        f"{len(found.confirmed)} {'dominates' if confirmed == 1 else 'dominate'} it there too, "
-        f"{found.better_in_all} in every objective."
-    )
-
-
 def _many(count: int, one: str, more: str) -> str:
     return f"{count} {one if count == 1 else more}"
 
@@ -229,20 +223,15 @@ def judge(study: Study, outcomes: Sequence[Outcome]) -> Judged:
         if worst is None and not absent:
             worst = max(known, key=study.constraints[metric].beyond)
         metrics[metric] = None if absent else worst
+    failure = "; ".join(each.failure.sentence for each in outcomes if each.failure is not None)
     return Judged(
         outcomes[0].name,
         np.array(values) * signs,
         metrics,
         feasible=all(excess <= 0.0 for excess in broken.values()),
-        failure=_failure(outcomes, broken["failed"] > 0.0),
+        failure=failure or ("misses an objective" if broken["failed"] > 0.0 else ""),
         lacks=lacks(study, outcomes),
     )
-
-
-def _failure(outcomes: Sequence[Outcome], failed: bool) -> str:
-    """The sentences of the outcomes that failed, or that an objective is missing; "" else."""
-    failures = [each.failure.sentence for each in outcomes if each.failure is not None]
-    return "; ".join(failures) or ("misses an objective" if failed else "")
 
 
 def confirm(
@@ -278,14 +267,13 @@ def confirm(
     jobs = [replace(j, name=f"{j.name}-{fidelity}") for j in chain.from_iterable(plans)]
     again = evaluated(jobs)
     rest = iter(again)
-    reference, *deep = [judge(study, [*islice(rest, len(plan))]) for plan in plans]
+    deep = [judge(study, [*islice(rest, len(plan))]) for plan in plans]
+    pairs = zip(chosen, deep[1:], strict=True)
     return replace(
         found,
         fidelity=fidelity,
-        thorough_reference=reference,
-        confirmed=tuple(
-            Confirmed(tried[k].number, every[k], own) for k, own in zip(chosen, deep, strict=True)
-        ),
+        thorough_reference=deep[0],
+        confirmed=tuple(Confirmed(tried[k].number, every[k], own) for k, own in pairs),
         again=(*again, *outcomes),
     )
 

@@ -36,12 +36,11 @@ Evaluator = Callable[[Sequence[Planned]], Sequence[Outcome]]
 def lacks(study: Study, outcomes: Sequence[Outcome]) -> dict[str, str]:
     """Return the purposes that a trial fails in any scene, by the rule of ``compare``: name ->
     sentence."""
-    analysed = (each for each in outcomes if each.status == "ok")
-    return {
-        lack: sentence
-        for each in analysed
-        for lack, sentence in fails_purpose(each, study.constraints).items()
-    }
+    found: dict[str, str] = {}
+    for each in outcomes:
+        if each.status == "ok":
+            found |= fails_purpose(each, study.constraints)
+    return found
 
 
 def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], dict[str, float]]:
@@ -54,20 +53,15 @@ def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], di
     for objective in study.objectives:
         known = [v for each in outcomes if (v := each.metrics.get(objective.metric)) is not None]
         if len(known) < len(outcomes) or any(each.status != "ok" for each in outcomes):
-            return _infeasible(study)
+            worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
+            every = (PURPOSE, *study.constraints)
+            return worst, {_FAILED: 1.0} | dict.fromkeys(every, _MOST_EXCESS)
         values.append(max(known) if objective.direction == "min" else min(known))
     broken = {
         name: min(max(bound.excess(each.metrics.get(name)) for each in outcomes), _MOST_EXCESS)
         for name, bound in study.constraints.items()
     }
     return values, {_FAILED: 0.0, PURPOSE: float(len(lacks(study, outcomes)))} | broken
-
-
-def _infeasible(study: Study) -> tuple[list[float], dict[str, float]]:
-    """The worst objectives there are, every constraint broken."""
-    worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
-    every = (PURPOSE, *study.constraints)
-    return worst, {_FAILED: 1.0} | dict.fromkeys(every, _MOST_EXCESS)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ study.json has "optimise" too: the front, the confirmation, sensitivities. front
 reference and confirmed fingers in the first two objectives.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +12,8 @@ import numpy as np
 
 from fingerdesign.errors import shown
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.report.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    PAPER,
-    VERMILION,
-    Axes,
-    canvas,
-    house_style,
-)
+from fingerdesign.report import style
+from fingerdesign.report.style import Axes
 from fingerdesign.report.table import Table
 from fingerdesign.search.compare.folder import FILES, write_study
 from fingerdesign.search.compare.page import SearchFindings
@@ -40,20 +31,19 @@ NONE = "–"
 CHART_FILE = "front.png"
 FOLDER = RecordFolder("optimisation", STUDY_FILE, (*FILES, CHART_FILE))
 # Of the trials, whether feasible: mark, colour, name.
-_TRIALS = ((False, "x", MUTED, "not feasible"), (True, "o", BLUE, "trial"))
+_TRIALS = ((False, "x", style.MUTED, "not feasible"), (True, "o", style.BLUE, "trial"))
 
 
 def tables(found: Optimised) -> list[Table]:
     """Those of an optimisation that have anything to say."""
-    made = (_confirmed_table(found), _sensitivity_table(found))
-    return [table for table in made if table is not None]
+    return [*_confirmed_table(found), *_sensitivity_table(found)]
 
 
-def _confirmed_table(found: Optimised) -> Table | None:
-    """The reference and the confirmed fingers by both models; None where none was confirmed."""
+def _confirmed_table(found: Optimised) -> Iterator[Table]:
+    """The reference and the confirmed fingers by both models, where any was confirmed."""
     reference = found.thorough_reference
     if reference is None:
-        return None
+        return
     metrics, quick = list(found.reference.metrics), found.search.study.study.fidelity
     columns = (
         "finger",
@@ -71,7 +61,7 @@ def _confirmed_table(found: Optimised) -> Table | None:
         for own, deep, standing in pairs
     )
     caption = f"The best trials again, by {found.fidelity}"
-    return Table("confirmed", caption, columns, rows, frozenset({0, len(columns) - 1}))
+    yield Table("confirmed", caption, columns, rows, frozenset({0, len(columns) - 1}))
 
 
 def _standing(own: Judged, reference: Judged) -> str:
@@ -91,8 +81,8 @@ def _number(own: Judged, metric: str) -> str:
     return NONE if value is None else f"{value:.4g}"
 
 
-def _sensitivity_table(found: Optimised) -> Table | None:
-    """A row a parameter, share and direction of each objective; None without numbers."""
+def _sensitivity_table(found: Optimised) -> Iterator[Table]:
+    """A row a parameter, share and direction of each objective, where there are numbers."""
     known = [each for each in found.sensitivities if each.explained is not None]
     rows = []
     for key in found.search.study.parameters:
@@ -102,19 +92,19 @@ def _sensitivity_table(found: Optimised) -> Table | None:
             row.append(NONE if effect.direction is None else f"{effect.direction:+.2f}")
         rows.append(tuple(row))
     ends = [f"{each.metric}: {part}" for each in known for part in ("share", "direction")]
-    caption = shares_caption(found.sensitivities)
-    columns = ("parameter", *ends)
-    return Table("sensitivity", caption, columns, tuple(rows), frozenset({0})) if known else None
+    if known:
+        caption, columns = shares_caption(found.sensitivities), ("parameter", *ends)
+        yield Table("sensitivity", caption, columns, tuple(rows), frozenset({0}))
 
 
-def draw_front(found: Optimised, path: Path) -> None:
+def front_png(found: Optimised) -> bytes:
     """The first two objectives against each other, and the volume dominated by number of trials."""
-    with house_style():
-        figure = canvas(10.0, 4.9)
+    with style.house_style():
+        figure = style.canvas(10.0, 4.9)
         plane, course = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
         _plane(plane, found)
         _course(course, found)
-        figure.savefig(path, format="png", dpi=150, facecolor=PAPER, metadata={"Software": None})
+        return style.to_png(figure)
 
 
 def _plane(axes: Axes, found: Optimised) -> None:
@@ -131,14 +121,14 @@ def _plane(axes: Axes, found: Optimised) -> None:
         drawn(some, look, color=colour, ms=4.0, label=label)
     front = [found.judged[number - 1] for number in found.front]
     front.sort(key=lambda own: own.metrics[first] or 0.0)
-    drawn(front, color=BLUE, lw=1.2, ds="steps-post", label="front")
-    pairs = [(found.reference, found.thorough_reference, VERMILION, "s", "reference")]
-    pairs += [(e.quick, e.thorough, GREEN, "D", "confirmed trial") for e in found.confirmed]
+    drawn(front, color=style.BLUE, lw=1.2, ds="steps-post", label="front")
+    pairs = [(found.reference, found.thorough_reference, style.VERMILION, "s", "reference")]
+    pairs += [(e.quick, e.thorough, style.GREEN, "D", "confirmed trial") for e in found.confirmed]
     seen = set[str]()
     for own, thorough, colour, marker, label in pairs:
         drawn((own, thorough), color=colour, lw=0.8, ls=(0, (2, 2)))
         for each, fill, name in (
-            (own, PAPER, study.study.fidelity),
+            (own, style.PAPER, study.study.fidelity),
             (thorough, colour, found.fidelity),
         ):
             if each is not None and not each.failure:
@@ -154,7 +144,7 @@ def _plane(axes: Axes, found: Optimised) -> None:
 
 def _course(axes: Axes, found: Optimised) -> None:
     volumes = found.volumes
-    axes.step(range(1, len(volumes) + 1), 100.0 * np.array(volumes), where="post", color=INK)
+    axes.step(range(1, len(volumes) + 1), 100.0 * np.array(volumes), where="post", color=style.INK)
     axes.set_ylim(0.0, 105.0)
     axes.set_xlabel("trials")
     axes.set_ylabel("dominated volume, % of the last")
@@ -187,7 +177,7 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
         SearchFindings(
             answer=verdict(found),
             verdicts=(tile(found),),
-            notes=found.sentences(),
+            notes=tuple(found.sentences()),
             tables=tuple(tables(found)),
             references=tuple(
                 each.name for each in (found.reference, found.thorough_reference) if each
@@ -195,4 +185,4 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
         ),
     )
     if len(found.search.study.objectives) > 1:
-        draw_front(found, folder / CHART_FILE)
+        (folder / CHART_FILE).write_bytes(front_png(found))

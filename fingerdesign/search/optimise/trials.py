@@ -82,7 +82,7 @@ class Trials(ExitStack):
                 self._load()  # refused before anything is written
             if whole < len(content):  # a killed process or a full disk left a line without an end
                 os.truncate(self._path, whole)
-            self._trials = self._load() if whole else self._create()
+            self._trials = self._load() if whole else self._created()
             if _IDENTITY not in self._trials.user_attrs:
                 self._trials.set_user_attr(_IDENTITY, self._identity)
         except BaseException as error:
@@ -95,15 +95,16 @@ class Trials(ExitStack):
     def drawn(self, waiting: bool = False) -> tuple[Trial, ...]:
         """All trials that were drawn, in order, or those that nothing was reported of yet."""
         some = (each for each in self._every() if not (waiting and each.state.is_finished()))
+        return tuple(Trial(each.number + 1, self._values(each)) for each in some)
+
+    def _values(self, drawn: Any) -> dict[str, Choice]:
         kinds = self._study.parameters.items()
-        return tuple(
-            Trial(each.number + 1, {key: _value(kind, each.params[key]) for key, kind in kinds})
-            for each in some
-        )
+        return {key: _value(kind, drawn.params[key]) for key, kind in kinds}
 
     def draw(self, count: int) -> None:
         """Draw further trials; each is one line of the journal, so it is there whole or not."""
         import optuna
+        from optuna.samplers import TPESampler
         from optuna.trial import TrialState, create_trial
 
         # The sampler writes its notes into a copy: the journal takes whole trials alone.
@@ -112,7 +113,10 @@ class Trials(ExitStack):
         try:
             for _ in range(count):
                 index = len(copy.get_trials(deepcopy=False))
-                copy.sampler = self._sampler(index)
+                # Each trial has its own seed.
+                copy.sampler = TPESampler(
+                    seed=self._seed(index), n_startup_trials=RANDOM_TRIALS, multivariate=True
+                )
                 if (known := self._known(index)) is not None:
                     copy.enqueue_trial(dict(known))
                 drawn = copy.ask(self._space).params
@@ -126,16 +130,11 @@ class Trials(ExitStack):
         """Values of the trial of that index, from 0; None where the sampler draws it."""
         if index < len(self._starts):
             return self._starts[index]
-        if self._near is None:
-            return None
         done = [each for each in self._every() if each.state.is_finished() and each.values]
-        values = self._starts[0] if self._starts else None
-        if done:
-            best = min(done, key=lambda each: each.values[0])
-            kinds = self._study.parameters.items()
-            values = {key: _value(kind, best.params[key]) for key, kind in kinds}
-        chance = np.random.default_rng(self._seed(index))
-        return None if values is None else self._near(values, chance)
+        if self._near is None or not (done or self._starts):
+            return None
+        values = self._starts[0] if not done else self._values(min(done, key=lambda t: t.values[0]))
+        return self._near(values, np.random.default_rng(self._seed(index)))
 
     def report(self, number: int, values: Sequence[float], broken: dict[str, float]) -> None:
         """Store the results of a trial: its objectives, and its constraints (above 0: broken)."""
@@ -153,16 +152,6 @@ class Trials(ExitStack):
     def _every(self) -> list[Any]:
         found: list[Any] = self._trials.get_trials(deepcopy=False)
         return found
-
-    def _sampler(self, index: int) -> Any:
-        """Sampler of the trial of that index, from 0; each trial has its own seed."""
-        from optuna.samplers import TPESampler
-
-        return TPESampler(
-            seed=self._seed(index),
-            n_startup_trials=RANDOM_TRIALS,
-            multivariate=True,
-        )
 
     def _seed(self, index: int) -> int:
         seeds = f"{self._study.study.seed} {index}".encode()
@@ -192,20 +181,17 @@ class Trials(ExitStack):
         except (OSError, MemoryError):
             raise
         except Exception as error:  # Optuna asserts what its own lines hold
-            why = type(error).__name__
-            raise _other(self._path, f"{_NO_JOURNAL} ({why})") from error
+            raise _other(self._path, f"{_NO_JOURNAL} ({type(error).__name__})") from error
         if stored != self._identity and (stored is not None or drawn):
             raise _other(self._path, "it holds trials of other keys, another design or version")
         return found
 
-    def _create(self) -> Any:
+    def _created(self) -> Any:
         import optuna
 
+        sampler, storage = optuna.samplers.RandomSampler(), self._storage()
         return optuna.create_study(
-            storage=self._storage(),
-            sampler=optuna.samplers.RandomSampler(),
-            study_name=_NAME,
-            directions=self._directions,
+            study_name=_NAME, storage=storage, sampler=sampler, directions=self._directions
         )
 
     def _failed(self, error: OSError) -> JournalError:
@@ -232,14 +218,9 @@ def _identity(study: Study, base: Design) -> str:
     """Digest of what must be unchanged to continue: not the number of trials, their confirmation or
     limits."""
     decides = study.model_copy(update={"optimise": Optimise(), "limits": Limits()})
-    reported = (
-        decides.digest(),
-        base.digest(),
-        __version__,
-        f"metrics {METRICS_VERSION}",
-        PURPOSE,
-    )
-    return hashlib.sha256("\n".join(reported).encode()).hexdigest()
+    metrics = f"metrics {METRICS_VERSION}"
+    reported = "\n".join((decides.digest(), base.digest(), __version__, metrics, PURPOSE))
+    return hashlib.sha256(reported.encode()).hexdigest()
 
 
 def _distribution(parameter: Parameter) -> Any:

@@ -14,17 +14,14 @@ MOST_NAMED = 3
 _PLACES = {"plane-strain": "in plane strain", "3d": "in 3-D"}
 
 
-def place_of(fidelity: str) -> str:
-    """A model in words: "in 3-D"."""
-    return _PLACES.get(fidelity, f"by {fidelity}")
-
-
 def _title(metric: str) -> str:
     return name_and_unit(metric)[0]
 
 
 def _place(found: Optimised) -> str:
-    return place_of(found.fidelity or found.search.study.study.fidelity)
+    """The most thorough model in words: "in 3-D"."""
+    fidelity = found.fidelity or found.search.study.study.fidelity
+    return _PLACES.get(fidelity, f"by {fidelity}")
 
 
 def tile(found: Optimised) -> Verdict:
@@ -66,12 +63,11 @@ def reference_sentences(found: Optimised) -> Iterator[str]:
 
 def _none_stands(found: Optimised, deep: Judged, at: str) -> Iterator[str]:
     """No confirmed finger dominates the reference."""
-    count, name = len(found.confirmed), shown(deep.name)
+    count = len(found.confirmed)
+    none = f"None of the {count} fingers analysed again {at} dominates"
     if count == 1:
-        yield f"The one finger analysed again {at} does not dominate the reference, {name}, there."
-    else:
-        fingers = f"None of the {count} fingers analysed again {at}"
-        yield f"{fingers} dominates the reference, {name}, there."
+        none = f"The one finger analysed again {at} does not dominate"
+    yield f"{none} the reference, {shown(deep.name)}, there."
     for each in found.confirmed[:MOST_NAMED]:
         if not each.thorough.failure:
             yield f"{shown(each.thorough.name)}: {_against(found, each.thorough, deep)}."
@@ -105,10 +101,8 @@ def _compared(own: float | None, other: float | None, goal: str) -> str:
 
 
 def _more(count: int) -> Iterator[str]:
-    if count == 1:
-        yield "One more dominates it too."
-    elif count > 1:
-        yield f"{count} more dominate it too."
+    if count > 0:
+        yield "One more dominates it too." if count == 1 else f"{count} more dominate it too."
 
 
 def _depends(found: Sensitivity) -> str:
@@ -127,16 +121,14 @@ def sensitivity_sentences(found: Sequence[Sensitivity]) -> Iterator[str]:
     """The key that each objective depends on most, or why it is not known."""
     unknown = [each for each in found if each.explained is None or not each.effects]
     yield from (_depends(each) for each in found if each not in unknown)
-    few = [each for each in unknown if each.count < LEAST]
-    level = [each for each in unknown if each.count >= LEAST]
-    if few:
+    if few := [each for each in unknown if each.count < LEAST]:
         least = min(each.count for each in few)
         trials = "trial is" if least == 1 else "trials are"
         yield (
             f"What {_titles(few)} depends on is not known: {least} {trials} too few, {LEAST} are "
             "needed."
         )
-    if level:
+    if level := [each for each in unknown if each.count >= LEAST]:
         yield f"What {_titles(level)} depends on is not known: it is the same in all trials."
 
 
