@@ -4,31 +4,19 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.report.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    OPEN_COLOUR,
-    PAPER,
-    VERMILION,
-    Axes,
-    canvas,
-    house_style,
-    to_png,
-    whole_numbers,
-)
+from fingerdesign.report import style
+from fingerdesign.report.style import Axes
 
 
 def chart_png(data: dict[str, Any]) -> bytes:
     """Draw the error by number of gages and the cost of each gage's failure, from the record."""
-    with house_style():
-        figure = canvas(9.6, 4.9)
+    with style.house_style():
+        figure = style.canvas(9.6, 4.9)
         by_count, along = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
         _by_count(by_count, data)
         _along(along, data)
         figure.suptitle(f"{data['design']}, gage noise {data['noise_microstrain']:g} microstrain")
-        return to_png(figure)
+        return style.to_png(figure)
 
 
 def _by_count(axes: Axes, data: dict[str, Any]) -> None:
@@ -36,28 +24,28 @@ def _by_count(axes: Axes, data: dict[str, Any]) -> None:
     counts = [row["count"] for row in rows]
     quick = [row["quick_stick_error"] for row in rows]
     axes.plot(
-        counts, quick, color=MUTED, ls=(0, (2, 2)), lw=1.2, label="stick ratio, quick learner"
+        counts, quick, color=style.MUTED, ls=(0, (2, 2)), lw=1.2, label="stick ratio, quick learner"
     )
     confirmed = [row for row in rows if row["stick_error"] is not None]
     counts = [row["count"] for row in confirmed]
     stick = np.array([row["stick_error"] for row in confirmed])
     std = np.array([row["stick_std"] for row in confirmed])
-    axes.vlines(counts, stick - std, stick + std, color=BLUE, lw=1.0)
-    axes.plot(counts, stick, color=BLUE, marker="o", label="stick ratio, network")
+    axes.vlines(counts, stick - std, stick + std, color=style.BLUE, lw=1.0)
+    axes.plot(counts, stick, color=style.BLUE, marker="o", label="stick ratio, network")
     utilisation = [row["friction_utilisation_error"] for row in confirmed]
     axes.plot(
         counts,
         utilisation,
-        color=GREEN,
+        color=style.GREEN,
         ls=(0, (6, 2)),
         marker="^",
         label="friction utilisation, network",
     )
     target = data["target_stick_error"]
-    axes.axhline(target, color=VERMILION, zorder=1, ls=(0, (4, 3)), lw=1.0)
-    look = {"color": VERMILION, "fontsize": 8.5}
+    axes.axhline(target, color=style.VERMILION, zorder=1, ls=(0, (4, 3)), lw=1.0)
+    look = {"color": style.VERMILION, "fontsize": 8.5}
     _note(axes, f"target: {target:g}", (0.99, target), (0, -11), ("axes fraction", "data"), **look)
-    axes.xaxis.set_major_locator(whole_numbers())
+    axes.xaxis.set_major_locator(style.whole_numbers())
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("gages (0: forces and moves alone)")
     axes.set_ylabel("error (RMS)")
@@ -68,10 +56,10 @@ def _by_count(axes: Axes, data: dict[str, Any]) -> None:
 def _along(axes: Axes, data: dict[str, Any]) -> None:
     gages = sorted(data["gages"], key=lambda gage: gage["x_mm"])
     x = np.array([gage["x_mm"] for gage in gages])
-    look = {"va": "top", "fontsize": 7.5, "color": MUTED}
+    look = {"va": "top", "fontsize": 7.5, "color": style.MUTED}
     for pressing in data["pressings"]:
         half = pressing["half_width_mm"]
-        axes.axvspan(-half, half, color=OPEN_COLOUR, alpha=0.55, lw=0, zorder=0)
+        axes.axvspan(-half, half, color=style.OPEN_COLOUR, alpha=0.55, lw=0, zorder=0)
         force = f"{pressing['normal_force_N']:.3g} N"
         _note(axes, force, (half, 0.995), (-2, -2), ("data", "axes fraction"), **look)
     width = 0.35 * float(np.diff(x).min(initial=1.0))
@@ -80,9 +68,9 @@ def _along(axes: Axes, data: dict[str, Any]) -> None:
         x,
         unnoticed,
         width,
-        color=VERMILION,
+        color=style.VERMILION,
         hatch="///",
-        edgecolor=PAPER,
+        edgecolor=style.PAPER,
         label="reads 0, unnoticed",
     )
     axes.set_xlabel("x of the gage (mm); shaded: contact under a normal force")
@@ -95,9 +83,9 @@ def _along(axes: Axes, data: dict[str, Any]) -> None:
     chosen = [gage["x_mm"] for gage in gages if gage["plate"] in plates]
     if least:
         under = np.full(len(chosen), -0.04 * top)  # Markers below the bars do not hide dots at 0.
-        axes.plot(chosen, under, "^", color=INK, ms=7, label=f"the {least} that suffice")
-    axes.plot(x, reported, "o", color=BLUE, ms=4, zorder=4, label="trained without it")
-    axes.axhline(0.0, color=MUTED, lw=0.8, zorder=1)
+        axes.plot(chosen, under, "^", color=style.INK, ms=7, label=f"the {least} that suffice")
+    axes.plot(x, reported, "o", color=style.BLUE, ms=4, zorder=4, label="trained without it")
+    axes.axhline(0.0, color=style.MUTED, lw=0.8, zorder=1)
     axes.set_ylim(-0.08 * top, top)
     _legend_below(axes)
 
