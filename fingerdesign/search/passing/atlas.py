@@ -83,7 +83,8 @@ class Entry:
     def words(self) -> str:
         """A line: the masses and frictions that the finger was verified for."""
         masses = "–".join(f"{each:g}" for each in self.masses_g)
-        frictions = "–".join(f"{each:g}" for each in _ends(self.friction_coefficients))
+        own = self.friction_coefficients
+        frictions = "–".join(f"{each:g}" for each in dict.fromkeys((min(own), max(own))))
         return f"lifts {masses} g at μ {frictions}, {self.gages} gages ({self.gage})"
 
 
@@ -124,18 +125,24 @@ def atlas() -> Atlas:
 
 def nearest(request: Request) -> Entry:
     """The entry that lacks least; of equal ones that of the narrowest masses, then the first."""
-    return min(atlas().entries, key=lambda each: (distance(each, request), _width(each.masses_g)))
+
+    def order(entry: Entry) -> tuple[float, float]:
+        return distance(entry, request), entry.masses_g[-1] / entry.masses_g[0]
+
+    return min(atlas().entries, key=order)
 
 
 def distance(entry: Entry, request: Request) -> float:
     """Lack of the entry, in doublings of mass; 0 where all is met."""
-    found = _beyond(entry, request)
+    found, own, wish = 0.0, entry.masses_g, request.masses_g
+    if wish:
+        below, above = math.log2(own[0] / wish[0]), math.log2(wish[-1] / own[-1])
+        found += max(below, 0.0) + max(above, 0.0)
     if request.gages not in (None, entry.gages):
         found += _OTHER_GAGES
     if request.process is not None:
         mold = _mold(entry, request)
-        found += 0.0 if mold.status == "ok" else _NO_MOLD
-        found += 0.0 if mold.ready else _NOT_READY
+        found += _NO_MOLD * (mold.status != "ok") + _NOT_READY * (not mold.ready)
     return found
 
 
@@ -164,20 +171,3 @@ def _mold(entry: Entry, request: Request) -> MoldOutcome:
     """The mold by the requested process; refused where none was tried."""
     found = {str(process): mold for process, mold in entry.molds.items()}
     return found.get(str(request.process), MoldOutcome("refused", reasons=("none was tried",)))
-
-
-def _beyond(entry: Entry, request: Request) -> float:
-    """Doublings by which the requested masses lie outside those of the entry."""
-    if not request.masses_g:
-        return 0.0
-    below = math.log2(entry.masses_g[0] / request.masses_g[0])
-    above = math.log2(request.masses_g[-1] / entry.masses_g[-1])
-    return max(below, 0.0) + max(above, 0.0)
-
-
-def _width(masses: tuple[float, ...]) -> float:
-    return masses[-1] / masses[0]
-
-
-def _ends(values: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(dict.fromkeys((min(values), max(values))))
