@@ -1,6 +1,5 @@
 """Result of a search for a passing finger: its candidates, the best, why none passes."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -18,7 +17,7 @@ from fingerdesign.records.result import Result
 from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.search.optimise.optimise import Tried
 from fingerdesign.search.passing.front import Front, front_of
-from fingerdesign.search.passing.hands import NO_HAND, WIDEST_STEPS, Hand
+from fingerdesign.search.passing.hands import NO_HAND, WIDEST_STEPS, Hand, shortfall_of
 from fingerdesign.search.passing.space import Space
 
 # A hand that has half of the room between two meshes (log2(1.06), see shortfall.py) is good enough
@@ -53,10 +52,9 @@ class Candidate:
         """Names of the verdicts that do not pass in the whole analysis."""
         if self.result is None:
             return ()
-        view = self.view
-        if view.failure:
+        if self.view.failure:
             return ("the analysis failed",)
-        judged = [each for each in view.verdicts if each.status != "note"]
+        judged = [each for each in self.view.verdicts if each.status != "note"]
         if not judged:
             return ("nothing was judged",)
         return tuple(each.name for each in judged if each.status != "pass")
@@ -111,18 +109,13 @@ class Found:
         """Sentences of warning; "" where the hand is steady and the finger can be cast."""
         if self.best is None or not self.passes:
             return ""
-        words = []
-        if not self.best.hand.steady:
-            most = 100.0 * (WIDEST_STEPS - 1.0)
-            words += [
-                f"The hand is sensitive: with steps up to {most:.0f} % shorter or longer, some "
-                "lift of this model slips or presses too hard."
-            ]
-        if not self.castable:
-            words += ["No mold can be planned for this finger: `fingerdesign mold` says why."]
-        if self.unready:
-            words += [self.unready]
-        return " ".join(words)
+        sensitive = (
+            f"The hand is sensitive: with steps up to {100.0 * (WIDEST_STEPS - 1.0):.0f} % shorter "
+            "or longer, some lift of this model slips or presses too hard."
+        )
+        no_mold = "No mold can be planned for this finger: `fingerdesign mold` says why."
+        words = ("" if self.best.hand.steady else sensitive, "" if self.castable else no_mold)
+        return " ".join(filter(None, (*words, self.unready)))
 
 
 class SearchStopped(KeyboardInterrupt):
@@ -131,14 +124,11 @@ class SearchStopped(KeyboardInterrupt):
     def __init__(self, found: Found) -> None:
         super().__init__()
         count = len(found.tried)
-        why = found.conflict or "Until then no goal excluded another: the search can go on."
-        words = [f"Stopped after {count} trials.", *([why] if count else ())]
-        self.found = found if found.passes else replace(found, conflict=" ".join(words))
-
-
-def shortfall_of(outcome: Outcome) -> float:
-    found = outcome.metrics.get("shortfall")
-    return math.inf if found is None else found
+        words = f"Stopped after {count} trials."
+        if count:
+            why = found.conflict or "Until then no goal excluded another: the search can go on."
+            words += f" {why}"
+        self.found = found if found.passes else replace(found, conflict=words)
 
 
 def order_of(outcome: Outcome) -> tuple[float, float]:
@@ -148,9 +138,7 @@ def order_of(outcome: Outcome) -> tuple[float, float]:
 
 def _of_trial(sensed: Outcome) -> Iterator[Verdict]:
     """Verdicts on the gages by a trial's metrics; the hand is still to be searched."""
-    area, change = (
-        sensed.metrics.get(key) for key in ("area_correlation", "smallest_stick_change")
-    )
+    area, change = map(sensed.metrics.get, ("area_correlation", "smallest_stick_change"))
     if area is not None:
         status: Status = "pass" if area >= GOOD_CORRELATION else "fail"
         target = f"target {GOOD_CORRELATION:.2f}"
@@ -224,10 +212,9 @@ def unready(design: Design) -> str:
     from fingerdesign.mold.plan.planning import plan_mold
     from fingerdesign.mold.ready import placement_with_fixes, sensor_of
 
-    fit = gage_fit(design)
     placement = placement_with_fixes(design, plan_mold(design))
     no_effect = {"reason": None, "reading_error": 0.0}
-    found = sensor_of(design, fit, placement, no_effect)
+    found = sensor_of(design, gage_fit(design), placement, no_effect)
     if found["ready"]:
         return ""
     lines = ", ".join(found["fix"])

@@ -40,19 +40,18 @@ class Front:
     @property
     def excludes(self) -> bool:
         """True if each goal is reached by some trial, and both by none."""
-        both = set(self.follows) & set(self.responds)
-        return bool(self.follows and self.responds) and not both
+        follows, responds = {*self.follows}, {*self.responds}
+        return bool(follows and responds) and not follows & responds
 
     def sentence(self) -> str:
         """Sentence on the front: the goals exclude each other, or at least one trial has both."""
-        names = " and ".join(GOALS)
+        names = " and ".join(GOALS).capitalize()
         if not self.excludes:
             both = len(set(self.follows) & set(self.responds))
-            return f"{names.capitalize()}: {both} of {len(self.trials)} trials reach both."
-        near = min(self.follows, key=lambda pair: pair[1])
-        far = max(self.responds)
+            return f"{names}: {both} of {len(self.trials)} trials reach both."
+        near, far = min(self.follows, key=lambda pair: pair[1]), max(self.responds)
         return (
-            f"{names.capitalize()} exclude each other here: on a front of {len(self.best)} trials "
+            f"{names} exclude each other here: on a front of {len(self.best)} trials "
             f"a rank correlation of {near[0]:.2f} comes with a smallest stick change of "
             f"{near[1]:.2g}, and a change of {far[1]:.2g} with a correlation of {far[0]:.2f}."
         )
@@ -70,7 +69,6 @@ def front_of(outcomes: Iterable[Outcome]) -> Front:
 
 def pair_of(outcome: Outcome) -> Iterator[Pair]:
     """The outcome's two numbers; nothing where one lacks."""
-    area = outcome.metrics.get("area_correlation")
-    change = outcome.metrics.get("smallest_stick_change")
+    area, change = map(outcome.metrics.get, ("area_correlation", "smallest_stick_change"))
     if area is not None and change is not None:
         yield area, change

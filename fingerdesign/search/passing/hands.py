@@ -81,6 +81,12 @@ class Hand:
 NO_HAND = Hand({}, math.inf)
 
 
+def shortfall_of(outcome: Outcome) -> float:
+    """The outcome's distance from passing; inf where it has none."""
+    found = outcome.metrics.get("shortfall")
+    return math.inf if found is None else found
+
+
 def with_travel(design: Design, sensed: Outcome, allows: Allows = bool) -> Design:
     """The design with a stage travel that its measured stiffness asks for, and steps to match.
 
@@ -89,8 +95,7 @@ def with_travel(design: Design, sensed: Outcome, allows: Allows = bool) -> Desig
     grip = design.grip
     weight = weight_per_finger(grip.heaviest_g)
     force = _PRESS * weight / min(grip.friction_coefficients)
-    deep = _approach(sensed, force)
-    if deep is None:
+    if (deep := _approach(sensed, force)) is None:
         return design
     most = min(MOST_TRAVEL * float(crest_height(design.body)), design.body.base_height_mm)
     travel = _rounded(min(deep, most))
@@ -164,9 +169,8 @@ def _near(values: Values, ranges: Sequence[Range], chance: np.random.Generator) 
 
 def _judged(design: Design, hands: Sequence[Values], judge: Judge) -> list[float]:
     """Shortfall of each hand, inf where its lifts have no answer."""
-    outcomes = judge([with_values(between(design), {**values}) for values in hands])
-    found = [outcome.metrics.get("shortfall") for outcome in outcomes]
-    return [math.inf if each is None else each for each in found]
+    designs = [with_values(between(design), {**values}) for values in hands]
+    return [shortfall_of(outcome) for outcome in judge(designs)]
 
 
 def _stepped_shortfall(design: Design, hand: Hand, judge: Judge, enough: float) -> float:
@@ -194,11 +198,8 @@ def between(design: Design) -> Design:
 def _ranges(design: Design) -> list[Range]:
     """The rule's ranges, forces in proportion to the weight."""
     scale = _scale(design)
-    return [
-        replace(each, low=each.low * by, high=each.high * by)
-        for each in ranges_of(RULE)
-        for by in (_by(each.key, scale),)
-    ]
+    scaled = ((each, _by(each.key, scale)) for each in ranges_of(RULE))
+    return [replace(each, low=each.low * by, high=each.high * by) for each, by in scaled]
 
 
 def _starts(design: Design, ranges: Sequence[Range]) -> list[Values]:

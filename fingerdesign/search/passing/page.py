@@ -52,10 +52,11 @@ def passing_page(design: Design, found: Found) -> str:
         sections.insert(0, Section("note", "What to know", [Text(found.note)]))
     if found.conflict:
         sections.insert(0, Section("conflict", "Why none passes", [Text(found.conflict)]))
+    title = f"{design.design.name}: search for a passing finger"
     return page_html(
         Page(
-            title=f"{design.design.name}: search for a passing finger",
-            heading=f"{design.design.name}: search for a passing finger",
+            title=title,
+            heading=title,
             lead=" · ".join([view.summary if view else "no finger passes", count]),
             sections=sections,
             record=[Text(f"Searched keys: {', '.join(found.space.parameters)}.", "quiet")],
@@ -97,7 +98,7 @@ def _trials_figure(found: Found) -> style.ReportFigure:
         axes.step(best[:, 1], best[:, 0], color=style.VERMILION, lw=1.2, label=f"front: {names}")
     axes.plot(pairs[:, 1], pairs[:, 0], "o", color=style.BLUE, ms=4.0, label="trial")
     if found.best is not None:
-        own = np.array([*pair_of(found.best.sensed)]).reshape(-1, 2)
+        own = np.reshape([*pair_of(found.best.sensed)], (-1, 2))
         axes.plot(own[:, 1], own[:, 0], "D", color=style.GREEN, ms=7.0, label="taken")
     axes.axhline(GOOD_CORRELATION, color=style.MUTED, lw=0.8)
     axes.axvline(WANTED_STICK_CHANGE, color=style.MUTED, lw=0.8)
@@ -117,40 +118,38 @@ def _trials_figure(found: Found) -> style.ReportFigure:
 
 
 def _changed(changes: Mapping[str, tuple[Any, Any]]) -> Table:
-    rows = tuple((key, _text(old), _text(new)) for key, (old, new) in changes.items())
+
+    def text(value: Any) -> str:
+        return "–" if value is None else value_text(value)
+
+    rows = tuple((key, text(old), text(new)) for key, (old, new) in changes.items())
     columns = ("key", "before", "after")
     return Table("changed", "Changed keys", columns, rows, frozenset(range(3)))
 
 
-def _text(value: Any) -> str:
-    return "–" if value is None else value_text(value)
-
-
 def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
     """Quantities of the first trial and of the one that was taken; replaced layouts and tops."""
-    start = found.tried[0].outcomes[0]
-    rows = [
-        (_named(name), *(_number(each.metrics.get(name)) for each in (start, taken)))
-        for name in _GIVEN_UP
-    ]
+    ends = found.tried[0].outcomes[0], taken
+    rows = tuple(
+        (_named(name), *(_number(each.metrics.get(name)) for each in ends)) for name in _GIVEN_UP
+    )
     table = Table(
         "given-up",
         "What else changed, by the trials' swept cells; the report has the finger's own mesh",
         ("quantity", "your sizes (first trial)", "taken"),
-        tuple(rows),
+        rows,
         frozenset({0}),
     )
-    lost = ", ".join(found.space.replaced)
     words = [found.given_up] if found.given_up else []
-    if lost:
+    if lost := ", ".join(found.space.replaced):
         words += [f"Given up, since one plain row of plates below a crown was searched: {lost}."]
     return [*map(Text, words), table]
 
 
 def _named(name: str) -> str:
     """A metric's meaning with its unit."""
-    unit = METRICS[name].unit
-    return f"{METRICS[name].words} ({unit})" if unit else METRICS[name].words
+    metric = METRICS[name]
+    return f"{metric.words} ({metric.unit})" if metric.unit else metric.words
 
 
 def _number(value: float | None) -> str:

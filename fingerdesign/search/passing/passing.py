@@ -19,7 +19,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result
-from fingerdesign.search.optimise.optimise import Search, Tried, searched
+from fingerdesign.search.optimise.optimise import Evaluator, Search, Tried, searched
 from fingerdesign.search.optimise.trials import Trials, refuse_other_file
 from fingerdesign.search.passing.found import (
     SPARED,
@@ -29,7 +29,6 @@ from fingerdesign.search.passing.found import (
     castable,
     conflicts_of,
     order_of,
-    shortfall_of,
 )
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.hands import BATCH as HANDS_AT_ONCE
@@ -37,6 +36,7 @@ from fingerdesign.search.passing.hands import (
     MOST_HANDS,
     NO_HAND,
     hand_of,
+    shortfall_of,
     with_travel,
 )
 from fingerdesign.search.passing.space import Space, space_of
@@ -68,7 +68,6 @@ _OWN_MESH = (
 
 _SHARE = "gages.area_share"  # No parameter: the best is known from any analysis of the finger.
 
-Evaluated = Callable[[Sequence[Planned]], Sequence[Outcome]]
 Confirm = Callable[[Design], Result]
 Report = Callable[[str], None]
 
@@ -77,7 +76,7 @@ Report = Callable[[str], None]
 class Callbacks:
     """Functions that a search calls; it raises what these raise."""
 
-    evaluated: Evaluated  # Outcomes of jobs, in order.
+    evaluated: Evaluator  # Outcomes of jobs, in order.
     confirm: Confirm  # The whole analysis of a design.
     report: Report = lambda message: None
     improved: Callable[[Candidate], None] = lambda best: None  # Receives each new best finger.
@@ -87,18 +86,16 @@ class Callbacks:
 def study_of(space: Space) -> Study:
     """The search as a study, whose only objective is the distance from passing."""
     name = space.base.design.name
-    study = {"name": name, "base": name, "count": 1, "fidelity": "3d"}
-    return Study.model_validate(
-        {
-            "study": study,
-            "parameters": space.parameters,
-            "objectives": [{"metric": "shortfall"}],
-            "limits": {"time_s": _LIMIT_S},
-        }
-    )
+    tables = {
+        "study": {"name": name, "base": name, "count": 1, "fidelity": "3d"},
+        "parameters": space.parameters,
+        "objectives": [{"metric": "shortfall"}],
+        "limits": {"time_s": _LIMIT_S},
+    }
+    return Study.model_validate(tables)
 
 
-def evaluated_by(cluster: Cluster, retry: bool = False) -> Evaluated:
+def evaluated_by(cluster: Cluster, retry: bool = False) -> Evaluator:
     """Outcomes of jobs from the user's store or a cluster. retry: again what failed for time."""
     store, limits = Store(), Limits(time_s=_LIMIT_S)
     return lambda plan: run_jobs(plan, store, cluster, limits, retry=retry)
@@ -239,14 +236,11 @@ class _Run:
 
     def _sensed(self, plan: Sequence[Planned]) -> Sequence[Outcome]:
         """Outcomes of the gages alone."""
-        return self._with_best_share(
-            [
-                replace(j, part="sensing", design=self.space.on_arc(j.design))
-                if isinstance(j, Job)
-                else j
-                for j in plan
-            ]
-        )
+
+        def sensing(job: Job) -> Job:
+            return replace(job, part="sensing", design=self.space.on_arc(job.design))
+
+        return self._with_best_share([sensing(j) if isinstance(j, Job) else j for j in plan])
 
     def _with_best_share(self, jobs: Sequence[Planned]) -> list[Outcome]:
         """Outcomes of jobs, each with the share of the response that suits it best."""
@@ -345,9 +339,8 @@ class _Run:
             return self.calls.evaluated([_job(each, "hand", own_mesh) for each in designs])
 
         def shown(count: int) -> None:
-            self.calls.report(
-                f"{words} for a finger with good gages: {count} of at most {_HANDS} tried"
-            )
+            tried = f"{count} of at most {_HANDS} tried"
+            self.calls.report(f"{words} for a finger with good gages: {tried}")
 
         hand = hand_of(design, judged, shown, self.freedom.allows)
         return Candidate(with_values(design, {**hand.values}), outcome, hand)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.checks.load import load_design
-from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import sheets_of
 from fingerdesign.search.passing.freedom import Freedom
@@ -75,17 +74,14 @@ def _of_body(design: Design) -> Iterator[tuple[str, Parameter]]:
         yield "body.arc_radius_mm", _stepped(body.width_mm, _ARC, body.arc_radius_mm, 0.5)
     if body.shape in (*_ROUND, "block"):
         height = body.base_height_mm
-        similar = min(each.base_height_mm / each.width_mm for each in _passing_bodies())
+        passing = [load_design(name).body for name in PASSING]
+        similar = min(each.base_height_mm / each.width_mm for each in passing)
         low = min(_HEIGHT[0], similar * body.width_mm / height)
         yield "body.base_height_mm", _stepped(height, (low, _HEIGHT[1]), height, 0.1)
     shallow = math.floor((body.depth_mm - _DEPTH * body.width_mm) / 0.1)
     if body.shape in ("arc", "dome", "block") and shallow > 0:
         low = body.depth_mm - 0.1 * shallow
         yield "body.depth_mm", Range(low=round(low, 6), high=body.depth_mm, step=0.1)
-
-
-def _passing_bodies() -> list[Body]:
-    return [load_design(name).body for name in PASSING]
 
 
 def _of_plates(design: Design) -> Iterator[tuple[str, Parameter]]:

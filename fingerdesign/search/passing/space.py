@@ -33,8 +33,8 @@ from fingerdesign.search.passing.ranges import (
 )
 from fingerdesign.search.study.values import Choice, Parameter, set_keys
 
-# Plates of these give a signal: polyimide is the stiffest that is sold as thin film.
-_FILMS = ("polyimide",)
+# Plates of it give a signal: the stiffest that is sold as thin film.
+_FILM = "polyimide"
 _SOFT_MPA = 2e4  # Plates of stiffer materials respond too little in rubber (bronze: a fiftieth).
 # Trials near to the best one: so much of a range as standard deviation, one drawn for each trial,
 # and the share of keys that change. Of fingers drawn from the whole box three of four cannot exist.
@@ -147,9 +147,8 @@ def space_of(design: Design, freedom: Freedom) -> Space:
     is left to vary."""
     if faults := freedom.faults(design):
         raise DesignError(faults, design.design.name)
-    crowned, flat = _crowned(design, freedom)
-    base, replaced = _plain_row(crowned, freedom)
-    replaced = (*flat, *replaced)
+    base, flat = _crowned(design, freedom)
+    base, lost = _plain_row(base, freedom)
     base = with_values(base, _fixed(base, freedom))
     flat_dome = base.body.shape == "dome" and not freedom.holds("body.dome_radius_mm")
     if flat_dome:
@@ -160,27 +159,22 @@ def space_of(design: Design, freedom: Freedom) -> Space:
         remedy = "keep fewer keys; `fingerdesign study DESIGN --tune` tunes the hand alone"
         fault = Fault("--keep", ", ".join(freedom.keep), "some size left to vary", remedy)
         raise DesignError([fault], design.design.name)
-    if "plates.count" not in parameters and not _has_row(base):
+    in_row = any(frame.along == "x" for frame in plate_frames(base))
+    if "plates.count" not in parameters and not in_row:
         bound = "a row of plates along x: without one no gage sees slip along x"
         fault = Fault("plates.count", base.plates.count, bound, "keep no key of [plates]")
         raise DesignError([fault], design.design.name)
     arc_first = flat_dome or base.body.shape in ("revolved", "step")
-    space = Space(base, parameters, (), replaced, arc_first)
+    space = Space(base, parameters, (), (*flat, *lost), arc_first)
     return replace(space, starts=_sound_starts(space, starts_of(base, parameters)))
-
-
-def _has_row(design: Design) -> bool:
-    return any(frame.along == "x" for frame in plate_frames(design))
 
 
 def _sound_starts(
     space: Space, starts: Iterable[dict[str, Choice]]
 ) -> tuple[dict[str, Choice], ...]:
     """Those of which a finger can exist, each once; all where none can."""
-    unique = list[dict[str, Choice]]()
-    for each in starts:
-        if each and each not in unique:
-            unique.append(each)
+    every = [each for each in starts if each]
+    unique = [each for k, each in enumerate(every) if each not in every[:k]]
     return tuple(each for each in unique if space.sound(each)) or tuple(unique)
 
 
@@ -257,15 +251,12 @@ def _fixed(design: Design, freedom: Freedom) -> dict[str, object]:
         "mold.leads": film.leads,
         "gages.kind": design.gages.kind if design.gages.kind == film.gage else None,
     }
-    own = MATERIALS[_FILMS[0]]
     if freedom.allows("plates.material"):
-        table = f"materials.{_FILMS[0]}"
-        if _FILMS[0] not in design.materials:
-            changes[f"{table}.youngs_modulus_MPa"] = own.youngs_modulus_MPa
-            changes[f"{table}.poissons_ratio"] = own.poissons_ratio
-        modulus = design.material_of("plates").youngs_modulus_MPa
-        if modulus > _SOFT_MPA:
-            changes["plates.material"] = _FILMS[0]
+        if _FILM not in design.materials:
+            for key in ("youngs_modulus_MPa", "poissons_ratio"):
+                changes[f"materials.{_FILM}.{key}"] = getattr(MATERIALS[_FILM], key)
+        if design.material_of("plates").youngs_modulus_MPa > _SOFT_MPA:
+            changes["plates.material"] = _FILM
     return {key: value for key, value in changes.items() if freedom.allows(key)}
 
 
@@ -273,10 +264,9 @@ def changes_between(before: Design, after: Design) -> dict[str, tuple[Any, Any]]
     """Keys whose values differ, with both values; names, sources, and what follows the finger left
     out."""
     old, new = (dict(leaves(design_data(each))) for each in (before, after))
-    keys: Sequence[str] = [*new, *(key for key in old if key not in new)]
     return {
         key: (old.get(key), new.get(key))
-        for key in keys
+        for key in new | old
         if old.get(key) != new.get(key)
         and key not in ("design.name", "assumed")
         and not key.endswith(".source")
