@@ -97,11 +97,7 @@ def compare_gages(label: str, found: Answer, truth: Answer) -> ComparisonData:
 
 
 def side_of(
-    found: Readings,
-    truth: Readings,
-    left_out: int = 0,
-    note: str = "",
-    same: Sequence[str] = (),
+    found: Readings, truth: Readings, left_out: int = 0, note: str = "", same: Sequence[str] = ()
 ) -> Side:
     """Greatest and median errors of readings row by row; of what is the ``same`` in both: none."""
     apart = errors(found, truth)

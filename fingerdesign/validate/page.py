@@ -81,12 +81,7 @@ def _chart(of: Validation) -> Canvas:
     return figure
 
 
-def _panel(
-    axes: Axes,
-    tested: Tested,
-    quantities: Iterable[str],
-    thresholds: Thresholds,
-) -> None:
+def _panel(axes: Axes, tested: Tested, quantities: Iterable[str], thresholds: Thresholds) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     for value in (thresholds.keep, thresholds.limit):

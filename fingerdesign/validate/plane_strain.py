@@ -168,9 +168,7 @@ class PlaneStrainEstimate:
 
 
 def plane_strain_error(
-    design: Design,
-    scene: Scene | None = None,
-    half_width: float | None = None,
+    design: Design, scene: Scene | None = None, half_width: float | None = None
 ) -> PlaneStrainEstimate:
     """The estimate for a straight finger whose contact is ``half_width`` (mm) half as wide, or as
     wide as ``scene`` is forecast to make it at its greatest approach. With a ``scene`` that pulls

@@ -12,12 +12,7 @@ from pydantic import ValidationError
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.outcome import (
-    Outcome,
-    OutcomeError,
-    Validity,
-    refuse_endless,
-)
+from fingerdesign.records.outcome import Outcome, OutcomeError, Validity, refuse_endless
 from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULT_FILE, read_result
 from fingerdesign.runtime.columns import ColumnError
@@ -70,9 +65,7 @@ class _Source:
 
 
 def read_comparison(
-    paths: Sequence[Path],
-    objectives: Sequence[Objective] = (),
-    work: Work | None = None,
+    paths: Sequence[Path], objectives: Sequence[Objective] = (), work: Work | None = None
 ) -> Comparison:
     """The outcomes of all ``paths``, in their order.
 
@@ -281,9 +274,7 @@ def _record(path: Path) -> dict[str, Any]:
 
 
 def _facts(
-    sources: Sequence[_Source],
-    outcomes: Sequence[Outcome],
-    objectives: Sequence[Objective],
+    sources: Sequence[_Source], outcomes: Sequence[Outcome], objectives: Sequence[Objective]
 ) -> StudyFacts:
     """Those of the studies: objectives of the first that has any, constraints of all."""
     bounds, record, many = dict[str, Bound](), dict[str, str](), len(sources) > 1

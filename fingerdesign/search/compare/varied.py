@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.design.keys import leaves, parts_of
-from fingerdesign.records.outcome import (
-    Outcome,
-)
+from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.study.values import is_number
 
 _FINGER = ("body.", "plates.", "gages.", "materials.")

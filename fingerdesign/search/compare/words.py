@@ -153,12 +153,7 @@ def _missed(good: Sequence[Outcome], facts: StudyFacts) -> dict[str, Any]:
             purposeless.append(shown(each.name))
         for metric in map(shown, absent):
             lacking[metric].append(shown(each.name))
-    return {
-        "meeting": meeting,
-        "lacking": lacking,
-        "missed": missed,
-        "purposeless": purposeless,
-    }
+    return {"meeting": meeting, "lacking": lacking, "missed": missed, "purposeless": purposeless}
 
 
 def _objective(

@@ -5,12 +5,7 @@ from dataclasses import dataclass, replace
 
 from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.analysis.shortfall import GAGE_SIGNAL, LIFTS, SLIP_SENSING
-from fingerdesign.analysis.verdicts import (
-    GOOD_CORRELATION,
-    NONE_SEEN,
-    two_digits,
-    verdict_view,
-)
+from fingerdesign.analysis.verdicts import GOOD_CORRELATION, NONE_SEEN, two_digits, verdict_view
 from fingerdesign.design.schema import Design
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.records.result import Result

@@ -108,11 +108,7 @@ def most_trials(space: Space) -> int:
 
 
 def search_passing(
-    design: Design,
-    freedom: Freedom,
-    journal: Path,
-    calls: Callbacks,
-    most: int | None = None,
+    design: Design, freedom: Freedom, journal: Path, calls: Callbacks, most: int | None = None
 ) -> Found:
     """Search from a design; see :func:`find_passing`. An interrupted search goes on from its
     journals.
@@ -141,12 +137,7 @@ def search_passing(
 
 
 def find_passing(
-    space: Space,
-    freedom: Freedom,
-    trials: Trials,
-    calls: Callbacks,
-    most: int,
-    last: bool = True,
+    space: Space, freedom: Freedom, trials: Trials, calls: Callbacks, most: int, last: bool = True
 ) -> Found:
     """Search until a finger passes, or ``most`` trials are done.
 

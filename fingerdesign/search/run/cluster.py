@@ -114,10 +114,7 @@ class Cluster(ExitStack):
     """
 
     def __init__(
-        self,
-        workers: int | None = None,
-        scheduler: str | None = None,
-        evaluator: str = EVALUATE,
+        self, workers: int | None = None, scheduler: str | None = None, evaluator: str = EVALUATE
     ) -> None:
         super().__init__()
         self._workers, self._evaluator = workers, evaluator

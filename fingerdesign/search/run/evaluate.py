@@ -198,13 +198,7 @@ def failed(job: Job, failure: Failure) -> Outcome:
         digest = job.digest()
     except DesignError as error:  # a file that it names is gone: nothing to keep it by
         digest = hashlib.sha256(f"{job.name}\n{error}".encode()).hexdigest()
-    return Outcome(
-        digest=digest,
-        **job.own,
-        status="failed",
-        failure=failure,
-        versions=versions(),
-    )
+    return Outcome(digest=digest, **job.own, status="failed", failure=failure, versions=versions())
 
 
 def _analysed(job: Job) -> Outcome:
