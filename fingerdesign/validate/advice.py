@@ -80,26 +80,6 @@ def worst_of(comparisons: Sequence[ComparisonData], gages: bool = True) -> list[
     return found
 
 
-@dataclass(frozen=True)
-class Advice:
-    """Worst errors of an assumption, and what its sentence names of them.
-
-    most: the greatest; good: up to KEEP; fair: up to LIMIT; bad: above; dear: fair or bad. one_way:
-    see :func:`_one_way`. seconds: of the model that assumes, and of the better one; worth: see
-    _WORTH.
-    """
-
-    verdict: Verdict
-    most: Worst
-    good: list[Worst]
-    fair: list[Worst]
-    bad: list[Worst]
-    dear: list[Worst]
-    one_way: dict[str, list[Worst]]
-    seconds: tuple[float, float]
-    worth = _WORTH
-
-
 def advise(
     kind: Kind, comparisons: Sequence[ComparisonData], gages: bool = True
 ) -> tuple[Verdict, str]:
@@ -109,22 +89,25 @@ def advise(
         worst = [each for each in worst if each.group == "gages"]
     if not worst:
         raise ValueError("nothing was compared, so there is nothing to advise")
-    most = max(worst, key=lambda each: each.error)
-    good, dear = _split(worst, KEEP)
-    fair, bad = _split(dear, LIMIT)
+    good = [each for each in worst if each.error <= KEEP]
+    dear = [each for each in worst if each.error > KEEP]
+    bad = [each for each in worst if each.error > LIMIT]
     verdict: Verdict = "keep" if good == worst else "drop" if bad == worst else "limited"
     if kind == "value" and dear:
         verdict = "measure"
     dearest = max(comparisons, key=lambda each: each.better.seconds)
-    seconds = dearest.assumed.seconds, dearest.better.seconds
-    of = Advice(verdict, most, good, fair, bad, dear, _one_way(dear), seconds)
+    of = {
+        "verdict": verdict,
+        "most": max(worst, key=lambda each: each.error),
+        "good": good,
+        "dear": dear,
+        "fair": [each for each in dear if each.error <= LIMIT],
+        "bad": bad,
+        "one_way": _one_way(dear),
+        "seconds": (dearest.assumed.seconds, dearest.better.seconds),
+        "worth": _WORTH,
+    }
     return verdict, paragraphs(WORDS, kind, of=of)[0]
-
-
-def _split(worst: Sequence[Worst], bound: float) -> tuple[list[Worst], list[Worst]]:
-    """Errors up to a bound, and those above it."""
-    good = [each for each in worst if each.error <= bound]
-    return good, [each for each in worst if each.error > bound]
 
 
 def _one_way(dear: Sequence[Worst]) -> dict[str, list[Worst]]:

@@ -26,7 +26,7 @@ from fingerdesign.validate.record import ComparisonData, Kind
 from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Reader, Solves
 
 Pairs = list[ComparisonData]
-PairsOf = Callable[["Solves", bool], Pairs]
+PairsOf = Callable[[Solves, bool], Pairs]
 ASSUMPTIONS: list["Assumption"] = []  # in the order in which they are reported
 
 NU_LIKELY, NU_BAND = (0.45, 0.4999), 0.05  # rubber's; another material's nu: so much either way
@@ -129,16 +129,21 @@ def small_strain(solves: Solves, deep: bool) -> Pairs:
     # Sheets are not known at finite strain: solid plates stand for them.
     plates: Plates | None = "solid" if solves.design.plates.model == "sheet" else None
     why = section_why_not(solves.design, solves.scene)
-    found: Pairs = []
-    if why is None:
-        small = solves.in_single_increments(solves.section(plates=plates))
-        found.append(compare("plane strain", answer_of(small), solves.finite(small), small.scene))
-    elif not deep:
+    if why is not None and not deep:
         raise NotTestable(f"{why}; --deep tests it in three dimensions")
-    if deep:
-        small = solves.in_single_increments(solves.space(plates=plates))
-        found.append(compare("3-D", answer_of(small), solves.finite(small), small.scene))
+    models = {"plane strain": solves.section} if why is None else {}
+    models |= {"3-D": solves.space} if deep else {}
+    found = []
+    for name, solved in models.items():
+        small = solves.in_single_increments(solved(plates=plates))
+        found.append(compare(name, answer_of(small), solves.finite(small), small.scene))
     return found
+
+
+def _of_body(design: Design, constant: str) -> tuple[str, float]:
+    """The dotted key of a constant of the body's material, and its value."""
+    value: float = getattr(design.material_of("body"), constant)
+    return f"materials.{design.body.material}.{constant}", value
 
 
 def nu_values(design: Design) -> tuple[float, float]:
@@ -151,18 +156,14 @@ def nu_values(design: Design) -> tuple[float, float]:
 
 @_assumption("value")
 def poissons_ratio(solves: Solves, deep: bool) -> Pairs:
-    name = solves.design.body.material
-    given = solves.design.material_of("body").poissons_ratio
-    key = f"materials.{name}.poissons_ratio"
+    key, given = _of_body(solves.design, "poissons_ratio")
     values = [value for value in nu_values(solves.design) if abs(value - given) > 1e-9]
     return [_varied(f"nu {value:g} for {given:g}", {key: value}, solves) for value in values]
 
 
 @_assumption("value")
 def youngs_modulus(solves: Solves, deep: bool) -> Pairs:
-    name = solves.design.body.material
-    given = solves.design.material_of("body").youngs_modulus_MPa
-    key = f"materials.{name}.youngs_modulus_MPa"
+    key, given = _of_body(solves.design, "youngs_modulus_MPa")
     values = [round(given * factor, 9) for factor in (1.0 - E_BAND, 1.0 + E_BAND)]
     return [_varied(f"E {value:g} for {given:g} MPa", {key: value}, solves) for value in values]
 
@@ -173,9 +174,7 @@ def relaxation(solves: Solves, deep: bool) -> Pairs:
 
     Plates do not relax: that is what the shortcut leaves out (contact/memory.py).
     """
-    design = solves.design
-    given = design.material_of("body").youngs_modulus_MPa
-    key = f"materials.{design.body.material}.youngs_modulus_MPa"
+    key, given = _of_body(solves.design, "youngs_modulus_MPa")
     truth = answer_of(solves.space(values={key: LEFT * given}), f"rubber of {LEFT * given:g} MPa")
     fresh = answer_of(solves.space(), f"{LEFT:g} times fresh rubber's")
     found = replace(fresh, readings=fresh.readings.times(LEFT), along=None)
@@ -192,10 +191,8 @@ def temperature(solves: Solves, deep: bool) -> Pairs:
     _needs_plates(design, ", so no gages")
     if design.plates.model != "solid":
         raise NotTestable(f"plates.model = {design.plates.model}: solid plates are needed")
-    parts: list[Part] = ["body", "plates"]
-    if design.body.core is not None:
-        parts.append("core")
-    for part in parts:
+    parts: tuple[Part, ...] = ("body", "plates", "core")
+    for part in parts[: 2 if design.body.core is None else 3]:
         if design.expansion_of(part) is None:
             raise NotTestable(f"expansion_per_K of the material of the {part} is not given")
     truth = answer_of(solves.space())
@@ -207,7 +204,7 @@ def sheets(solves: Solves, deep: bool) -> Pairs:
     design = solves.design
     _needs_plates(design)
     if can_extrude(design) and can_be_sheets(design):
-        found, truth = solves.space(plates="sheet"), _solid(solves)
+        found, truth = solves.space(plates="sheet"), solves.space(plates=_as_solids(design))
         return [_solved_pair("3-D", found, truth, solves)]
     why = section_why_not(design, solves.scene)
     if why is not None:
@@ -236,20 +233,15 @@ def leads(solves: Solves, deep: bool) -> Pairs:
     if design.plates.model == "none":
         raise NotTestable("plates.model = none: the plates are left out of the model")
     fit = gage_fit(design)
-    wired, bare = (
-        leads_as_cast(design, fit.found if fit else None).model_dump(),
-        {"gages.leads.kind": "none"},
-    )
+    wired = leads_as_cast(design, fit.found if fit else None).model_dump()
     own = solves.space(values={f"gages.leads.{key}": value for key, value in wired.items()})
-    without = solves.space(values=bare)
+    without = solves.space(values={"gages.leads.kind": "none"})
     ranks = " and ".join(_rank_words(each) for each in (without, own))
     label = f"leads left out (rank correlation {ranks} with them)"
     found = [_solved_pair(label, without, own, solves)]
     if design.gage_type is not None and design.gage_type.stiffness:
-        gone = {"gages.kind": None, "gages.gage_factor": design.gage_factor}
-        found.append(
-            _solved_pair("gages left out", solves.space(values=gone), solves.space(), solves)
-        )
+        gone = solves.space(values={"gages.kind": None, "gages.gage_factor": design.gage_factor})
+        found.append(_solved_pair("gages left out", gone, solves.space(), solves))
     return found
 
 
@@ -265,7 +257,8 @@ def _rank_words(solved: Solved) -> str:
 @_assumption("model")
 def plates_left_out(solves: Solves, deep: bool) -> Pairs:
     _needs_plates(solves.design)
-    return [_solved_pair("3-D", solves.space(plates="none"), _solid(solves), solves)]
+    found, truth = solves.space(plates="none"), solves.space(plates=_as_solids(solves.design))
+    return [_solved_pair("3-D", found, truth, solves)]
 
 
 @_assumption("model")
@@ -289,11 +282,6 @@ def _varied(label: str, values: dict[str, object], solves: Solves) -> Comparison
     """Change of the answers where a value is another one, relative to those with the assumed."""
     found = answer_of(solves.space(values=values), label)
     return compare(label, found, answer_of(solves.space()), solves.scene)
-
-
-def _solid(solves: Solves) -> Solved:
-    """The finger in space with its plates as solids."""
-    return solves.space(plates=_as_solids(solves.design))
 
 
 def _as_solids(design: Design) -> Plates | None:

@@ -16,7 +16,6 @@ import numpy as np
 from fingerdesign.analysis.fidelity.models import Solved
 from fingerdesign.analysis.fidelity.readings import QUANTITIES, Readings, errors
 from fingerdesign.analysis.path import PathStopped
-from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import LEAST_FORCE_N, Scene, ScenePath
@@ -184,12 +183,9 @@ def _followed(
 
 def _pulled(found: Readings, truth: Readings) -> bool:
     """True if F_t of either is more than rounding."""
-    pull = max(_largest(found.tangential_force), _largest(truth.tangential_force))
-    return pull > _NO_PULL * _largest(truth.normal_force)
-
-
-def _largest(values: Array | Sequence[float]) -> float:
-    return float(np.abs(np.asarray(values)).max(initial=0.0))
+    pulls = np.abs([*found.tangential_force, *truth.tangential_force])
+    press = np.abs(truth.normal_force).max(initial=0.0)
+    return bool(pulls.max(initial=0.0) > _NO_PULL * press)
 
 
 def _rows(count: int) -> str:

@@ -98,26 +98,11 @@ def _panel(axes: Axes, tested: Tested, quantities: Iterable[str], thresholds: Th
             if row.better_seconds is not None:
                 ends = [x, max(x, row.better_seconds)]
                 axes.plot(ends, [y, y], color=style.GRID, lw=1.2, zorder=2)
-            axes.plot(
-                x,
-                y,
-                marker=marker,
-                ls="none",
-                mfc=colour if filled else style.PAPER,
-                mec=colour,
-                zorder=3,
-            )
+            face = colour if filled else style.PAPER
+            axes.plot(x, y, marker, mfc=face, mec=colour, zorder=3)
         if drawn:
-            axes.annotate(
-                str(number),
-                (x, max(drawn)),
-                (0, 5),
-                textcoords="offset points",
-                ha="center",
-                fontsize=8.5,
-                color=style.INK,
-                zorder=4,
-            )
+            text = axes.annotate(str(number), (x, max(drawn)), (0, 5), textcoords="offset points")
+            text.set(ha="center", fontsize=8.5, color=style.INK, zorder=4)
 
 
 def _places(tested: Tested) -> list[float]:
@@ -163,11 +148,9 @@ def _legend(figure: Canvas, tested: Tested) -> None:
         colour, _, marker = style.SERIES[(number - 1) % len(style.SERIES)]
         words = f"{number} {row.title}"
         handles.append(Line2D([], [], color=colour, marker=marker, ls="none", label=words))
-    for words, filled in (("filled: equal motion", True), ("hollow: equal force", False)):
-        face = style.MUTED if filled else style.PAPER
-        handles.append(
-            Line2D([], [], color=style.MUTED, marker="o", mfc=face, ls="none", label=words)
-        )
+    for words, face in ("filled: equal motion", style.MUTED), ("hollow: equal force", style.PAPER):
+        dot = Line2D([], [], color=style.MUTED, marker="o", mfc=face, ls="none", label=words)
+        handles.append(dot)
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
 
@@ -214,10 +197,8 @@ def _errors_table(rows: Sequence[Row], at: str) -> Table:
     columns = ("", "assumption", *QUANTITIES.values(), "rows", "left out")
     cells = []
     for number, row in enumerate(rows, start=1):
-        side = getattr(row, at)
-        if side is None:
-            found = [NONE] * (len(QUANTITIES) + 2)
-        else:
+        found = [NONE] * (len(QUANTITIES) + 2)
+        if (side := getattr(row, at)) is not None:
             found = [spread_cell(name, side.spread(name)) for name in QUANTITIES]
             found += [str(side.rows), str(side.rows_left_out)]
         cells.append((str(number), row.title, *found))

@@ -26,15 +26,13 @@ from fingerdesign.report.page import paragraphs
 # of both faces, ``gage_face``: each face alone). Those at equal force begin with ``force_``.
 
 MOTION = (
-    "normal_force",
-    "tangential_force",
-    "contact_width",
-    "stick_ratio",
-    "gage_both",
-    "gage_face",
+    *("normal_force", "tangential_force", "contact_width", "stick_ratio"),
+    *("gage_both", "gage_face"),
 )
 FORCE = ("force_contact_width", "force_stick_ratio", "force_gage_both", "force_gage_face")
 QUANTITIES = MOTION + FORCE
+# What the map is looked up by.
+RATIOS = ("poissons_ratio", "span_over_depth", "depth_over_height", "half_width_over_height")
 
 
 # The map of where plane strain holds: errors over four ratios, looked up between the models.
@@ -113,7 +111,7 @@ def _place(axis: Array, value: float) -> list[tuple[int, float]]:
 
 def map_of(table: Table) -> PlaneStrainMap:
     """The map that a table holds. ValueError where its points are no full grid."""
-    names = ("poissons_ratio", "span_over_depth", "depth_over_height")
+    *names, wide = RATIOS
     points = sorted(table["points"], key=lambda each: [each[name] for name in names])
     axes = [np.unique([each[name] for each in points]) for name in names]
     shape = tuple(len(axis) for axis in axes)
@@ -124,9 +122,8 @@ def map_of(table: Table) -> PlaneStrainMap:
         rows = [[row[name] for row in each["rows"]] for each in points]
         return np.array(rows, dtype=float).reshape(*shape, -1)  # None: NaN
 
-    width = np.log(values("half_width_over_height"))
     errors = {name: values(name) for name in QUANTITIES}
-    return PlaneStrainMap(axes[0], axes[1], axes[2], width, errors, table)
+    return PlaneStrainMap(axes[0], axes[1], axes[2], np.log(values(wide)), errors, table)
 
 
 @cache
@@ -178,7 +175,8 @@ def plane_strain_error(
     Raises DesignError for a body or an object that no section shows: there plane strain is a sketch
     whose error no ratio tells. ValueError where neither scene nor half_width is given.
     """
-    _refuse_curved(design)
+    if not design.body.straight:
+        raise _refused("body.shape", design.body.shape, "'arc' or 'block'")
     half_width = _half_width(design, scene) if half_width is None else half_width
     chart = shipped_map()
     height = float(crest_height(design.body))
@@ -187,33 +185,22 @@ def plane_strain_error(
     place = (poisson, _span(design), depth, width)
     inside = chart.inside(*place)
     gaged = bool(design.plates.number) and design.gages.grid == "axial"  # as the map's
-    errors = _errors(chart, place, gaged)
+    names = [name for name in chart.errors if gaged or "gage" not in name]
+    known = {name: chart.error(name, *place) for name in names}
+    errors = {name: value for name, value in known.items() if math.isfinite(value)}
     unsure = _uncertainty(chart, errors, 1.0 if inside else _OUTSIDE)
     notes = []
     if design.plates.number and not gaged:
         grid = design.gages.grid
         notes.append(f"what it does to {grid} gages is not known: the study's are axial")
-    if place[1] > 0.0 and _shortest_plate(design) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
+    lengths = [frame.length for frame in plate_frames(design) if frame.along == "x"]
+    if place[1] > 0.0 and min(lengths) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
         notes.append(_widen_to_bare(errors, unsure, chart, place))
     if scene is not None and _pulls_further(scene):
         notes.append(_widen_to_slip(errors, unsure))
     errors, unsure = (_with_own_gages(design, each) for each in (errors, unsure))
-    ratios = {
-        "poissons_ratio": poisson,
-        "span_over_depth": place[1],
-        "depth_over_height": depth,
-        "half_width_over_height": width,
-    }
+    ratios = dict(zip(RATIOS, place, strict=True))
     return PlaneStrainEstimate(errors, unsure, ratios, inside, tuple(notes))
-
-
-def _errors(
-    chart: PlaneStrainMap, place: tuple[float, float, float, float], gaged: bool
-) -> dict[str, float]:
-    """The errors that the map knows at a place; those of gages where the design's are the map's."""
-    names = [name for name in chart.errors if gaged or "gage" not in name]
-    errors = {name: chart.error(name, *place) for name in names}
-    return {name: value for name, value in errors.items() if math.isfinite(value)}
 
 
 def _with_own_gages(design: Design, values: dict[str, float]) -> dict[str, float]:
@@ -223,11 +210,10 @@ def _with_own_gages(design: Design, values: dict[str, float]) -> dict[str, float
     return values | {name: values[source] for name, source in own.items() if source in values}
 
 
-def _refuse_curved(design: Design) -> None:
-    """Raise DesignError for a body that no section shows."""
-    if not design.body.straight:
-        bound = "'arc' or 'block' for an estimate of what plane strain gets wrong"
-        raise DesignError([Fault("body.shape", design.body.shape, bound, "compare with 3-D")])
+def _refused(key: str, value: str, bound: str) -> DesignError:
+    """The refusal of a body or an object that no section shows."""
+    why = f"{bound} for an estimate of what plane strain gets wrong"
+    return DesignError([Fault(key, value, why, "compare with 3-D")])
 
 
 def _uncertainty(
@@ -239,11 +225,6 @@ def _uncertainty(
         own = known.get(name, {"relative": 0.5, "absolute": 0.05})
         found[name] = (own["absolute"] + own["relative"] * abs(value)) * factor
     return found
-
-
-def _shortest_plate(design: Design) -> float:
-    """Length of the shortest plate along x, mm."""
-    return min(frame.length for frame in plate_frames(design) if frame.along == "x")
 
 
 def _widen_to_bare(
@@ -291,9 +272,7 @@ def _half_width(design: Design, scene: Scene | None) -> float:
     if scene is None:
         raise ValueError("give a scene or a half_width")
     if not scene.object.plane_in_z:
-        bound = "the same in every section for an estimate of what plane strain gets wrong"
-        fault = Fault("object.shape", scene.object.shape, bound, "compare with 3-D")
-        raise DesignError([fault])
+        raise _refused("object.shape", scene.object.shape, "the same in every section")
     reach = contact_reach(design, scene.object, greatest_approach(design, scene))[0]
     if not design.body.kind.flat or not scene.object.flat:  # a flat touches at once
         wide = reach / float(crest_height(design.body))
@@ -303,9 +282,7 @@ def _half_width(design: Design, scene: Scene | None) -> float:
 
 def _span(design: Design) -> float:
     """The plates' mean span over the depth; 0 where there are none in the model."""
-    if not design.plates.number or design.plates.model == "none":
+    spans = [frame.span for frame in plate_frames(design) if frame.along == "x"]
+    if not spans or design.plates.model == "none":
         return 0.0
-    frames = [frame for frame in plate_frames(design) if frame.along == "x"]
-    if not frames:
-        return 0.0
-    return sum(frame.span for frame in frames) / len(frames) / design.body.depth_mm
+    return sum(spans) / len(spans) / design.body.depth_mm

@@ -67,8 +67,7 @@ def validate(
         report(message, done / len(chosen))
 
     solves = Solves(design, scene, say)
-    rows: list[Row] = []
-    failed: list[Row] = []
+    rows, failed = list[Row](), list[Row]()
     say("loading")
     warm()
     for each in chosen:
@@ -121,11 +120,11 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
     """The row of an assumption; one whose models failed goes to ``failed`` too."""
     try:
         comparisons = of.pairs(solves, deep)
-    except NotTestable as error:
-        return untested_row(of, _one_line(error))
     except FingerDesignError as error:
-        failed.append(untested_row(of, _one_line(error)))
-        return failed[-1]
+        row = untested_row(of, "; ".join(str(error).splitlines()).rstrip("."))
+        if not isinstance(error, NotTestable):
+            failed.append(row)
+        return row
     if not any(each.equal_motion or each.equal_force for each in comparisons):
         why = "; ".join(chain.from_iterable(each.missing for each in comparisons))
         failed.append(untested_row(of, why))
@@ -166,7 +165,3 @@ def untested_row(of: Assumption, reason: str) -> Row:
         comparisons=(),
         **nothing,
     )
-
-
-def _one_line(error: FingerDesignError) -> str:
-    return "; ".join(str(error).splitlines()).rstrip(".")

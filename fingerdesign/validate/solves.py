@@ -168,7 +168,7 @@ class Solves:
         if model.dimension == "3-D" and model.mesher == "sweep" and not can_extrude(own):
             model = replace(model, mesher="tetwild")
         solved = solve(own, self.scene, model, self.zone)
-        if of.dimension != "3-D" or of != Requested("3-D", self.scale, {}, None):
+        if of != Requested("3-D", self.scale, {}, None):
             solved.built = None  # its factors are needed only where gages are read again
         return solved
 

@@ -23,9 +23,8 @@ def _by_count(axes: Axes, data: dict[str, Any]) -> None:
     rows = data["counts"]
     counts = [row["count"] for row in rows]
     quick = [row["quick_stick_error"] for row in rows]
-    axes.plot(
-        counts, quick, color=style.MUTED, ls=(0, (2, 2)), lw=1.2, label="stick ratio, quick learner"
-    )
+    label = "stick ratio, quick learner"
+    axes.plot(counts, quick, color=style.MUTED, ls=(0, (2, 2)), lw=1.2, label=label)
     confirmed = [row for row in rows if row["stick_error"] is not None]
     counts = [row["count"] for row in confirmed]
     stick = np.array([row["stick_error"] for row in confirmed])
@@ -33,14 +32,8 @@ def _by_count(axes: Axes, data: dict[str, Any]) -> None:
     axes.vlines(counts, stick - std, stick + std, color=style.BLUE, lw=1.0)
     axes.plot(counts, stick, color=style.BLUE, marker="o", label="stick ratio, network")
     utilisation = [row["friction_utilisation_error"] for row in confirmed]
-    axes.plot(
-        counts,
-        utilisation,
-        color=style.GREEN,
-        ls=(0, (6, 2)),
-        marker="^",
-        label="friction utilisation, network",
-    )
+    label = "friction utilisation, network"
+    axes.plot(counts, utilisation, color=style.GREEN, ls=(0, (6, 2)), marker="^", label=label)
     target = data["target_stick_error"]
     axes.axhline(target, color=style.VERMILION, zorder=1, ls=(0, (4, 3)), lw=1.0)
     look = {"color": style.VERMILION, "fontsize": 8.5}

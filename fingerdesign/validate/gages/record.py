@@ -1,6 +1,6 @@
 """The record of a study of gages: observability.json, gages.csv, counts.csv, and their chart."""
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -253,19 +253,17 @@ class Observability:
 
     def texts(self) -> dict[str, str]:
         """File name -> content of the record's text files."""
-        names = [each.name for each in fields(Gage)]
-        gages = ([getattr(each, name) for name in names] for each in self.gages)
-        rows = [self._named(each) for each in self.counts]
-        counts = ([_cell(value) for value in row.values()] for row in rows)
+
+        def cell(value: Any) -> Any:
+            return " ".join(f"{each:g}" for each in value) if isinstance(value, list) else value
+
+        data = self.data()
+        gages, counts = ([row.values() for row in data[name]] for name in ("gages", "counts"))
         return {
-            RECORD_FILE: json_text(self.data()),
-            GAGES_FILE: csv_text(names, gages),
-            COUNTS_FILE: csv_text(rows[0], counts),
+            RECORD_FILE: json_text(data),
+            GAGES_FILE: csv_text(data["gages"][0], gages),
+            COUNTS_FILE: csv_text(data["counts"][0], (map(cell, row) for row in counts)),
         }
-
-
-def _cell(value: Any) -> Any:
-    return " ".join(f"{each:g}" for each in value) if isinstance(value, list) else value
 
 
 def write_observability(found: Observability, folder: Path) -> None:
