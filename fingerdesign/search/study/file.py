@@ -6,7 +6,7 @@
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Annotated, Any, Literal, Self
@@ -17,7 +17,7 @@ from pydantic_core import ErrorDetails
 from fingerdesign.design.base import Many, Table, refuse
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.faults import dotted, fault_of, shown
-from fingerdesign.design.io import parse_toml
+from fingerdesign.design.io import distinct, parse_toml
 from fingerdesign.design.schema import safe_name
 from fingerdesign.design.shipped import file_text
 from fingerdesign.errors import DesignError, Fault
@@ -36,7 +36,7 @@ from fingerdesign.search.study.values import (
 MOST_VARIANTS = 100_000
 MOST_PRICE = 1e6
 MetricName = Annotated[str, AfterValidator(known_metric)]
-_REPORTED = 200  # faults; a file of more is not mended one by one
+REPORTED = 200  # faults; a file of more is not mended one by one
 
 
 class StudyTable(Table):
@@ -58,11 +58,9 @@ class StudyTable(Table):
     @field_validator("scenes")
     @classmethod
     def _distinct(cls, scenes: tuple[str, ...]) -> tuple[str, ...]:
-        names = [PurePath(scene).stem for scene in scenes]
-        twice = [scene for at, scene in enumerate(scenes) if names[at] in names[:at]]
-        if twice:
+        if (at := _twice([PurePath(scene).stem for scene in scenes])) is not None:
             bound = "scenes of different names (without folder and ending)"
-            raise refuse(twice[0], bound, "rename its file, or name it once")
+            raise refuse(scenes[at], bound, "rename its file, or name it once")
         return scenes
 
     @model_validator(mode="after")
@@ -173,9 +171,8 @@ class Study(Table):
     @classmethod
     def _requested_once(cls, objectives: tuple[Objective, ...]) -> tuple[Objective, ...]:
         names = [objective.metric for objective in objectives]
-        twice = [name for place, name in enumerate(names) if name in names[:place]]
-        if twice:
-            raise refuse(twice[0], "a metric that no other objective has", "remove one of them")
+        if (at := _twice(names)) is not None:
+            raise refuse(names[at], "a metric that no other objective has", "remove one of them")
         return objectives
 
     @model_validator(mode="after")
@@ -201,12 +198,15 @@ def _flat(name: str, table: Any) -> Any:
     if not isinstance(table, Mapping):
         return table
     pairs = list(flattened(table))
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        keys = [key for key, _ in pairs]
-        twice = next(key for place, key in enumerate(keys) if key in keys[:place])
-        raise refuse(twice, "a key that is given once", "remove one of them", name)
-    return found
+    keys = [key for key, _ in pairs]
+    if (at := _twice(keys)) is not None:
+        raise refuse(keys[at], "a key that is given once", "remove one of them", name)
+    return dict(pairs)
+
+
+def _twice(names: Sequence[str]) -> int | None:
+    """The place of the first name that stands before it too; None where all differ."""
+    return next((at for at, name in enumerate(names) if name in names[:at]), None)
 
 
 def read_study(path: Path | str) -> Study:
@@ -228,12 +228,10 @@ def parse_study(text: str, source: str = "") -> Study:
         study = Study.model_validate(data)
     except ValidationError as error:
         found = error.errors(include_url=False)
-        faults = list({str(fault): fault for fault in map(_fault, found[:_REPORTED])}.values())
-        if len(found) > _REPORTED:
-            remedy = "correct those reported first"
-            faults.append(
-                Fault("file", f"{len(found)} faults", f"without any of {_REPORTED}", remedy)
-            )
+        faults = distinct([_fault(each) for each in found[:REPORTED]])
+        if len(found) > REPORTED:
+            bound, remedy = f"without any of {REPORTED}", "correct those reported first"
+            faults.append(Fault("file", f"{len(found)} faults", bound, remedy))
         raise DesignError(faults, source) from None
     if faults := key_faults(study.fixed, study.parameters):
         raise DesignError(faults, source)

@@ -14,7 +14,6 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from fingerdesign.design.io import dump_design
 from fingerdesign.errors import DesignError, Fault, GeometryError
@@ -161,13 +160,14 @@ def _all_made(
     study: Study, chosen: Iterator[Variant], target: Path, cad: bool, workers: int
 ) -> Iterator[Made]:
     """Each variant as it is done; a process a worker builds the CAD of many."""
-    limits, ended = study.limits, threading.Event()
-    own: dict[str, Any] = {
-        "load": BUILD.partition(":")[0],
-        "recycled_after": RECYCLED_AFTER,
-        "ready_s": READY_S,
-    }
-    with Pool(workers, time_s=limits.time_s, memory_MB=limits.memory_MB, **own) as pool:
+    ended = threading.Event()
+    with Pool(
+        workers,
+        **study.limits.model_dump(),
+        recycled_after=RECYCLED_AFTER,
+        load=BUILD.partition(":")[0],
+        ready_s=READY_S,
+    ) as pool:
 
         def make(variant: Variant) -> Made:
             if variant.design is None:
@@ -229,10 +229,8 @@ def _design_text(study: Study, variant: Variant) -> str:
 
 
 def _variant_folder(name: str) -> RecordFolder:
-    files = (f"{name}.toml", *(f"finger.{ending}" for ending in ("step", "stl")))
-    return RecordFolder(
-        "generated variant", f"{name}.toml", (*files, "body.stl", "plates.stl", "core.stl")
-    )
+    cad = ("finger.step", "finger.stl", "body.stl", "plates.stl", "core.stl")
+    return RecordFolder("generated variant", f"{name}.toml", (f"{name}.toml", *cad))
 
 
 def _variant_folders(study: Study, target: Path) -> list[Path]:

@@ -13,12 +13,12 @@ from pydantic import ValidationError
 
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.faults import dotted, fault_of, shown, undexed
-from fingerdesign.design.io import design_data
+from fingerdesign.design.io import design_data, distinct
 from fingerdesign.design.keys import parts_of, set_value
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.search.study.file import Study
+from fingerdesign.search.study.file import REPORTED, Study
 from fingerdesign.search.study.values import (
     Choice,
     Parameter,
@@ -30,10 +30,7 @@ from fingerdesign.search.study.values import (
 )
 
 MOST_GRID = 100_000  # variants
-
-
 Values = dict[str, Choice]
-REPORTED = 200  # faults; a file of more is not mended one by one
 # Keys that name what must be there, whatever the other keys are.
 _NAMES = (".material", "gages.kind", "mold.gage")
 _NO_KEY = "extra_forbidden"  # pydantic's name of that fault
@@ -57,15 +54,11 @@ def number_of_points(study: Study) -> int:
 def at_shares(study: Study, shares: tuple[float, ...]) -> Values:
     """The values at shares in [0, 1) of each parameter."""
     return {
-        key: _at(parameter, share)
-        for (key, parameter), share in zip(study.parameters.items(), shares, strict=True)
+        key: each.at(share)
+        if isinstance(each, Range)
+        else each[min(int(share * len(each)), len(each) - 1)]
+        for (key, each), share in zip(study.parameters.items(), shares, strict=True)
     }
-
-
-def _at(parameter: Parameter, share: float) -> Choice:
-    if isinstance(parameter, Range):
-        return parameter.at(share)
-    return parameter[min(int(share * len(parameter)), len(parameter) - 1)]
 
 
 def _levels(study: Study) -> dict[str, list[Choice]]:
@@ -119,7 +112,7 @@ def study_faults(study: Study, base: Design) -> list[Fault]:
         number_of_points(study)
     except DesignError as error:
         faults += error.faults
-    found = list({str(fault): fault for fault in faults}.values())
+    found = distinct(faults)
     if len(found) <= REPORTED:
         return found
     remedy = "correct those reported first"
@@ -285,8 +278,7 @@ def base_design(study: Study, folder: Path | None = None) -> Design:
     parameters, those of the middle are set; plates that do not fit are each variant's fault.
     """
     found = _found(study.study.base, folder or Path.cwd())
-    faults = study_faults(study, found)
-    if faults:
+    if faults := study_faults(study, found):
         raise DesignError(faults)
     fixed = {"design.name": study.name, **study.fixed}
     try:
@@ -339,12 +331,12 @@ def variant_of(
 ) -> Variant:
     """The base with keys set; its name is the study's with the number."""
     digits = max(digits, len(str(number)))
-    name = f"{_stem(study.name, digits)}-{number:0{digits}d}"
+    found = Variant(number, f"{_stem(study.name, digits)}-{number:0{digits}d}", dict(values), None)
     try:
-        design = with_values(base, {"design.name": name, **set_keys(base, values)})
+        design = with_values(base, {"design.name": found.name, **set_keys(base, values)})
     except DesignError as error:
-        return Variant(number, name, dict(values), None, error.faults)
-    return Variant(number, name, dict(values), design)
+        return replace(found, faults=error.faults)
+    return replace(found, design=design)
 
 
 def stems(name: str) -> tuple[str, ...]:
