@@ -42,17 +42,14 @@ def write_study(
     a search, for the page.
     """
     record = study_record(study, kinds_of(outcomes)) | (more or {})
-    lines = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     texts = {
         STUDY_FILE: json_text(record),
         "study.toml": source,
-        OUTCOMES_FILE: lines,
+        OUTCOMES_FILE: "".join(f"{outcome.to_json()}\n" for outcome in outcomes),
         "outcomes.csv": designs_csv(outcomes),
         "failures.csv": failures_csv(outcomes),
     }
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    return _with_page(folder, search)
+    return _written(folder, texts, search)
 
 
 def write_large_study(
@@ -66,13 +63,15 @@ def write_large_study(
             columns.add(row_of(outcome))
             kinds.update(kinds_of([outcome]))
     record = json_text(study_record(study, kinds))
-    for name, text in ((STUDY_FILE, record), ("study.toml", source)):
+    return _written(folder, {STUDY_FILE: record, "study.toml": source}), kinds
+
+
+def _written(
+    folder: Path, texts: Mapping[str, str], search: SearchFindings | None = None
+) -> Comparison:
+    """Write the texts of a study's folder, then its page; what that compares."""
+    for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    return _with_page(folder), kinds
-
-
-def _with_page(folder: Path, search: SearchFindings | None = None) -> Comparison:
-    """Write the page of a study's folder; what it compares."""
     found = read_comparison([folder])  # as `compare` will read it
     facts = replace(found.facts, sources=())  # a folder that is gone once it is renamed
     html = compare_html(found.outcomes, facts, search)

@@ -20,13 +20,18 @@ from fingerdesign.records.outcome import (
     Outcome,
     OutcomeError,
     Traces,
-    Validity,
     bounded,
 )
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import read_result
 from fingerdesign.runtime.files import whole_text
-from fingerdesign.search.run.measured import grip_outcome, metrics_of, traces_of, verdict_metrics
+from fingerdesign.search.run.measured import (
+    grip_outcome,
+    mesh_validity,
+    metrics_of,
+    traces_of,
+    verdict_metrics,
+)
 from fingerdesign.search.study.file import Cost
 
 SCENE = "scene."  # keys of a record's parameters that are the scene's
@@ -69,11 +74,6 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
         traces = traces_of(Analysis(result, plates=plates, contact=_contact(result, folder)))
         metrics = metrics_of(design, Cost(), Analysis(result, plates=plates))
         del metrics["cost"]  # no prices were given
-    ladder, validity = result.ladder, Validity()
-    if ladder is not None:
-        worst = max(ladder.error_estimates.values(), default=None)
-        sentences = (ladder.why_ended,) if ladder.why_ended else ()
-        validity = Validity(mesh_error=worst, sentences=sentences)
     return Outcome(
         digest=result.digest,
         name=result.design,
@@ -86,7 +86,7 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
         metrics={} if failed else metrics | verdict_metrics(result),
         traces=traces,
         grips=tuple(grip_outcome(grip, *_path(grip, folder)) for grip in result.grips),
-        validity=validity,
+        validity=mesh_validity(result),
         warnings=result.warnings,
         versions=result.versions,
         seeds=result.seeds,

@@ -50,14 +50,14 @@ def packed_geometry(design: Mapping[str, Any], traces: Traces | None = None) -> 
     words = ""
     try:
         words = "; ".join(each.strip() for each in facts(found))
-        return _packed(found, words, traces or Traces())
+        return {"words": words, **_drawn(found, traces or Traces())}
     except (FingerDesignError, ValueError):
         step = found.body.step is not None
         why = "its STEP file cannot be read here" if step else "its outline does not close"
         return _nothing(words, f"The finger is not drawn: {why}.")
 
 
-def _packed(design: Design, words: str, traces: Traces) -> Packed:
+def _drawn(design: Design, traces: Traces) -> Packed:
     body = design.body
     notes = []
     if body.shape == "step":
@@ -68,7 +68,7 @@ def _packed(design: Design, words: str, traces: Traces) -> Packed:
         frames = frames[:MOST_PLATES]
     parts = finger_parts(design, frames)
     touch = _touched(body, parts["size"][2], traces)
-    return {"words": words, "note": " ".join(notes), **parts, "touch": touch}
+    return {"note": " ".join(notes), **parts, "touch": touch}
 
 
 def _nothing(words: str, note: str) -> Packed:

@@ -345,12 +345,12 @@ def _failures(outcomes: Sequence[Outcome]) -> Table:
     rows = tuple(
         (
             shown(outcome.name),
-            outcome.failure.kind if outcome.failure else "",
-            shown(outcome.failure.sentence) if outcome.failure else "",
+            outcome.failure.kind,
+            shown(outcome.failure.sentence),
             shown(", ".join(f"{key} = {value_text(v)}" for key, v in outcome.values.items())),
         )
         for outcome in outcomes
-        if outcome.status == "failed"
+        if outcome.failure is not None
     )
     columns = ("design", "kind", "cause", "values")
     return Table("failures", "Designs without a result", columns, rows, frozenset(range(4)))

@@ -100,13 +100,8 @@ def _with_best(sources: Sequence[_Source], objectives: Sequence[Objective]) -> l
     large = {n: each.columns for n, each in enumerate(sources) if each.columns is not None}
     if not large:
         return list(sources)
-    bounds = dict[str, Bound]()
-    for each in sources:
-        own, found = requested(each.record, str(each.place / STUDY_FILE))
-        objectives = objectives or own
-        bounds |= {each.metric: each for each in found}
     try:
-        best = best_of(list(large.values()), objectives, list(bounds.values()))
+        best = best_of(list(large.values()), *_goals(sources, objectives))
     except ColumnError as error:
         fault = Fault("RESULT", sources[next(iter(large))].place, "a study in columns", str(error))
         raise DesignError([fault]) from error
@@ -276,18 +271,27 @@ def _record(path: Path) -> dict[str, Any]:
 def _facts(
     sources: Sequence[_Source], outcomes: Sequence[Outcome], objectives: Sequence[Objective]
 ) -> StudyFacts:
-    """Those of the studies: objectives of the first that has any, constraints of all."""
-    bounds, record, many = dict[str, Bound](), dict[str, str](), len(sources) > 1
+    """The facts of the studies together."""
+    record, many = dict[str, str](), len(sources) > 1
     for source in sources:
-        own, found = requested(source.record, str(source.place / STUDY_FILE))
-        objectives = objectives or own
-        bounds |= {each.metric: each for each in found}
         prefix = f"{source.name}: " if many else ""
         record |= {f"{prefix}{key}": text for key, text in _texts(source.record)}
     several = f"{len(sources)} sources" if many else "".join(each.name for each in sources)
     places = [str(source.place) for source in sources]
-    facts = facts_of(several, outcomes, objectives, tuple(bounds.values()), record, places)
+    facts = facts_of(several, outcomes, *_goals(sources, objectives), record, places)
     return replace(facts, best_of=sum(_rows(source) for source in sources))
+
+
+def _goals(
+    sources: Sequence[_Source], objectives: Sequence[Objective]
+) -> tuple[Sequence[Objective], list[Bound]]:
+    """The objectives, by default those of the first study that has any; constraints of all."""
+    bounds = dict[str, Bound]()
+    for source in sources:
+        own, found = requested(source.record, str(source.place / STUDY_FILE))
+        objectives = objectives or own
+        bounds |= {each.metric: each for each in found}
+    return objectives, list(bounds.values())
 
 
 def _rows(source: _Source) -> int:

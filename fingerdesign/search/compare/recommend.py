@@ -277,7 +277,9 @@ def recommend(
     chosen = front[ranked[0]]
     row = group.index(chosen)
     near_by = np.logical_not(differs(values, unsure, values[row], unsure[row]).any(axis=1))
-    next_of = [front[k] for k in ranked] if len(front) > 1 else _in_order(group, of_all)
+    next_of = [front[k] for k in ranked]
+    if len(front) == 1:
+        next_of = [group[k] for k in np.argsort(of_all, kind="stable")]
     return Recommendation(
         feasible,
         group,
@@ -286,15 +288,10 @@ def recommend(
         best=tuple(front[np.lexsort((distance, column))[0]] for column in values[free].T),
         alike=_others(front, distance == distance[ranked[0]], chosen),
         same=_others(group, near_by, chosen),
-        runner_up=next(iter(_others(next_of, np.ones(len(next_of), bool), chosen)), None),
+        runner_up=next((number for number in next_of if number != chosen), None),
         scene=kind[0],
         fidelity=kind[1],
     )
-
-
-def _in_order(numbers: Sequence[int], distances: Array) -> list[int]:
-    """The numbers by their distances, the nearest first."""
-    return [number for _, number in sorted(zip(distances.tolist(), numbers, strict=True))]
 
 
 def _others(

@@ -167,15 +167,11 @@ def _metric_columns(facts: StudyFacts) -> Iterator[Column]:
 
 def _texts(values: Sequence[Any], column: Column) -> list[str]:
     if not column.numeric:
-        return [_word(value, column.path[0] == "digest") for value in values]
+        most = DIGEST_SHOWN if column.path[0] == "digest" else None
+        return [NONE if value is None else shown(value_text(value))[:most] for value in values]
     numbers = [value for value in values if is_number(value)]
     decimals = 0
     if any(number != int(number) for number in numbers):
-        most = max(abs(number) for number in numbers)
-        decimals = min(MOST_DECIMALS, max(0, DIGITS - 1 - math.floor(math.log10(most))))
+        largest = max(abs(number) for number in numbers)
+        decimals = min(MOST_DECIMALS, max(0, DIGITS - 1 - math.floor(math.log10(largest))))
     return [f"{value:.{decimals}f}" if is_number(value) else NONE for value in values]
-
-
-def _word(value: Any, digest: bool) -> str:
-    text = NONE if value is None else shown(value_text(value))
-    return text[:DIGEST_SHOWN] if digest else text

@@ -6,9 +6,9 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.design.keys import leaves, parts_of
+from fingerdesign.design.keys import leaves
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.study.values import is_number
+from fingerdesign.search.study.values import is_number, value_in
 
 _FINGER = ("body.", "plates.", "gages.", "materials.")
 _NO_VALUES = (".content", ".source")  # of a file, of a material: in words elsewhere
@@ -50,16 +50,8 @@ def _leaves(design: dict[str, Any]) -> dict[str, bool | float | str]:
 
 def _value_at(design: dict[str, Any], key: str) -> Any:
     """The value of a dotted key, of "a / b" the share of two keys; None where there is none."""
-    found: list[Any] = []
-    for piece in key.split("/"):
-        place: Any = design
-        for part in parts_of(piece.strip()):
-            try:
-                place = place[part]
-            except (LookupError, TypeError):
-                return None
-        found.append(place)
-    if len(found) == 1:
-        return found[0] if isinstance(found[0], bool | int | float | str) else None
-    above, below = found
+    above, *whole = (value_in(design, piece.strip()) for piece in key.split("/"))
+    if not whole:
+        return above if isinstance(above, bool | int | float | str) else None
+    below = whole[0]
     return above / below if is_number(above) and is_number(below) and below else None

@@ -18,6 +18,7 @@ from fingerdesign.runtime.machine import forget_peak_memory, peak_memory_MB, pro
 from fingerdesign.runtime.registry import allow_code, is_reference
 from fingerdesign.search.run.measured import (
     grips_of,
+    mesh_validity,
     metrics_of,
     own_metrics,
     stick_error_of,
@@ -39,7 +40,7 @@ def validity_of(case: Case, analysis: Analysis) -> Validity:
 
     A sentence says why there is none, of either.
     """
-    sentences, plane, mesh = [], None, None
+    sentences, plane = list[str](), None
     if analysis.result.model is not None and analysis.result.model.dimension == 2:
         try:
             estimate = plane_strain_error(case.design, case.path_scene)
@@ -48,13 +49,10 @@ def validity_of(case: Case, analysis: Analysis) -> Validity:
         else:
             plane = estimate.errors["normal_force"]
             sentences.append(estimate.words)
-    ladder = analysis.result.ladder
-    if ladder is not None:
-        mesh = max(ladder.error_estimates.values(), default=None)
-        sentences += [ladder.why_ended] if ladder.why_ended else []
-    else:
+    mesh = mesh_validity(analysis.result)
+    if analysis.result.ladder is None:
         sentences.append("no estimate of the mesh's own error: fidelity 'auto' estimates it")
-    return Validity(plane, mesh, tuple(sentences))
+    return Validity(plane, mesh.mesh_error, (*sentences, *mesh.sentences))
 
 
 @dataclass(frozen=True)

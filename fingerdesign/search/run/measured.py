@@ -17,7 +17,7 @@ from fingerdesign.errors import SolverError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 from fingerdesign.records.arrays import OPEN, SLIP, ContactHistory
-from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
+from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, Validity, bounded
 from fingerdesign.records.result import GripResult, IncrementResult, Result
 from fingerdesign.report.style import evenly_spaced
 from fingerdesign.runtime.threads import one_thread
@@ -97,6 +97,15 @@ def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
     gages = plates * design.gages.faces
     price = cost.fixed + cost.plate * plates + cost.gage * gages + cost.silicone_per_ml * rubber
     return {"plates": float(plates), "rubber_volume_ml": rubber, "cost": price}
+
+
+def mesh_validity(result: Result) -> Validity:
+    """The ladder's estimate of the mesh's error, where it was climbed."""
+    if result.ladder is None:
+        return Validity()
+    worst = max(result.ladder.error_estimates.values(), default=None)
+    why = result.ladder.why_ended
+    return Validity(mesh_error=worst, sentences=(why,) if why else ())
 
 
 def traces_of(analysis: Analysis) -> Traces:

@@ -232,7 +232,12 @@ def set_keys(base: Design, values: Mapping[str, Choice]) -> dict[str, Any]:
 
 def value_of(design: Design, key: str) -> Any:
     """The value of a dotted key; None where the design has no such key or it is absent."""
-    found: Any = design.model_dump(mode="json")
+    return value_in(design.model_dump(mode="json"), key)
+
+
+def value_in(data: Mapping[str, Any], key: str) -> Any:
+    """The value of a dotted key in a design's tables; None where there is none."""
+    found: Any = data
     for part in parts_of(key):
         if isinstance(found, Mapping):
             found = found.get(part)
