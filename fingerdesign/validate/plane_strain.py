@@ -128,7 +128,6 @@ def map_of(table: Table) -> PlaneStrainMap:
 
 @cache
 def shipped_map() -> PlaneStrainMap:
-    """The map that comes with the program."""
     file = resources.files("fingerdesign") / "data" / SHIPPED
     return map_of(json.loads(file.read_text("utf-8")))
 
@@ -160,7 +159,6 @@ class PlaneStrainEstimate:
 
     @property
     def words(self) -> str:
-        """One sentence."""
         return paragraphs(WORDS, "plane_strain_estimate", of=self)[0]
 
 

@@ -152,12 +152,10 @@ class Validation:
         return {row.assumption: row for row in self.assumptions}[key]
 
     def data(self) -> dict[str, Any]:
-        """The content of the file."""
         found: dict[str, Any] = plain(asdict(self))
         return found
 
     def to_json(self) -> str:
-        """The text of validate.json."""
         return json_text(self.data())
 
     def to_csv(self) -> str:

@@ -106,11 +106,8 @@ class Solves:
         """The finger in three dimensions, sizes times ``finer``, with some keys changed."""
         return self._get(Requested("3-D", finer * self.scale, values or {}, plates))
 
-    def section(
-        self, scale: float = SECTION, values: Values | None = None, plates: Plates | None = None
-    ) -> Solved:
-        """The finger in plane strain."""
-        return self._get(Requested("plane strain", scale, values or {}, plates))
+    def section(self, scale: float = SECTION, plates: Plates | None = None) -> Solved:
+        return self._get(Requested("plane strain", scale, {}, plates))
 
     def reader(self) -> Reader:
         """The finger in three dimensions, to be read by other gages."""

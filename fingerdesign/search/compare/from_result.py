@@ -25,13 +25,7 @@ from fingerdesign.records.outcome import (
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import read_result
 from fingerdesign.runtime.files import whole_text
-from fingerdesign.search.run.measured import (
-    grip_outcome,
-    mesh_validity,
-    metrics_of,
-    traces_of,
-    verdict_metrics,
-)
+from fingerdesign.search.run import measured
 from fingerdesign.search.study.file import Cost
 
 SCENE = "scene."  # keys of a record's parameters that are the scene's
@@ -71,8 +65,11 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
         design = None
     if result.increments and design is not None:
         plates = plate_frames(design)
-        traces = traces_of(Analysis(result, plates=plates, contact=_contact(result, folder)))
-        metrics = metrics_of(design, Cost(), Analysis(result, plates=plates))
+        analysis = Analysis(result, plates=plates, contact=_contact(result, folder))
+        traces, metrics = (
+            measured.traces_of(analysis),
+            measured.metrics_of(design, Cost(), analysis),
+        )
         del metrics["cost"]  # no prices were given
     return Outcome(
         digest=result.digest,
@@ -83,10 +80,10 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
         fidelity=result.fidelity,
         status=result.status,
         failure=Failure("failed", result.failure or "") if failed else None,
-        metrics={} if failed else metrics | verdict_metrics(result),
+        metrics={} if failed else metrics | measured.verdict_metrics(result),
         traces=traces,
-        grips=tuple(grip_outcome(grip, *_path(grip, folder)) for grip in result.grips),
-        validity=mesh_validity(result),
+        grips=tuple(measured.grip_outcome(grip, *_path(grip, folder)) for grip in result.grips),
+        validity=measured.mesh_validity(result),
         warnings=result.warnings,
         versions=result.versions,
         seeds=result.seeds,

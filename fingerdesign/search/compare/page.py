@@ -29,15 +29,7 @@ from fingerdesign.report.page import (
     widget,
 )
 from fingerdesign.report.table import Table, value_text
-from fingerdesign.search.compare.figures import (
-    LOOKS,
-    accuracy,
-    contact_figure,
-    forces_figure,
-    frictions_of,
-    gages_figure,
-    shape_figure,
-)
+from fingerdesign.search.compare import figures
 from fingerdesign.search.compare.geometry import packed_geometry
 from fingerdesign.search.compare.recommend import (
     SHOWN,
@@ -117,7 +109,8 @@ def page_data(
         designs.append(all_shown({k: v for k, v in light.items() if k not in _HEAVY}) | own)
     pair = _pair(outcomes, found)
     study = {"name": all_shown(facts.name), "recommended": found.chosen, "pair": pair}
-    return {"looks": LOOKS["looks"], "together": TOGETHER, "study": study, "designs": designs}
+    looks = figures.LOOKS["looks"]
+    return {"looks": looks, "together": TOGETHER, "study": study, "designs": designs}
 
 
 def _pair(outcomes: Sequence[Outcome], found: Recommendation) -> list[int | None]:
@@ -141,15 +134,15 @@ def detail(outcome: Outcome, frictions: Mapping[float, int]) -> dict[str, Any]:
             "size": geometry["size"],
             "words": f"{geometry['words']} {geometry['note']}".strip(),
             "figures": {
-                "shape": shape_figure(geometry, bool(traces.contact_z_mm)),
-                "contact": contact_figure(traces),
-                "gages": gages_figure(traces),
-                "forces": forces_figure(outcome, frictions),
+                "shape": figures.shape_figure(geometry, bool(traces.contact_z_mm)),
+                "contact": figures.contact_figure(traces),
+                "gages": figures.gages_figure(traces),
+                "forces": figures.forces_figure(outcome, frictions),
             },
             "readings": {key: round_values(getattr(traces, key)) for key in READINGS},
             "count": max(len(traces.normal_force_N), len(traces.gages), len(traces.status)),
             "status": traces.status,
-            "accuracy": accuracy(outcome),
+            "accuracy": figures.accuracy(outcome),
             "warnings": [*outcome.validity.sentences, *outcome.warnings],
         }
     )
@@ -335,7 +328,7 @@ def _first_axes(
 
 def _details(outcomes: Sequence[Outcome]) -> Iterator[str]:
     """The heavy parts of TOGETHER designs at a time, by their numbers, as packed JSON."""
-    frictions = frictions_of(outcomes)
+    frictions = figures.frictions_of(outcomes)
     for first in range(0, len(outcomes), TOGETHER):
         some = enumerate(outcomes[first : first + TOGETHER], first)
         yield pack(script_json({number: detail(each, frictions) for number, each in some}))

@@ -90,7 +90,6 @@ def design_table(
 
 
 def standing(number: int, found: Recommendation) -> str:
-    """One of STANDINGS."""
     if number == found.chosen:
         return "recommended"
     if number in found.front:

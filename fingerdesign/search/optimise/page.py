@@ -18,13 +18,8 @@ from fingerdesign.report.table import Table
 from fingerdesign.search.compare.folder import FILES, write_study
 from fingerdesign.search.compare.page import SearchFindings
 from fingerdesign.search.compare.read import STUDY_FILE
+from fingerdesign.search.optimise import words
 from fingerdesign.search.optimise.confirm import Judged, Optimised
-from fingerdesign.search.optimise.words import (
-    reference_sentences,
-    sensitivity_sentences,
-    shares_caption,
-    tile,
-)
 from fingerdesign.search.study.metrics import METRICS
 
 NONE = "–"
@@ -93,7 +88,7 @@ def _sensitivity_table(found: Optimised) -> Iterator[Table]:
         rows.append(tuple(row))
     ends = [f"{each.metric}: {part}" for each in known for part in ("share", "direction")]
     if known:
-        caption, columns = shares_caption(found.sensitivities), ("parameter", *ends)
+        caption, columns = words.shares_caption(found.sensitivities), ("parameter", *ends)
         yield Table("sensitivity", caption, columns, tuple(rows), frozenset({0}))
 
 
@@ -158,7 +153,7 @@ def _words(metric: str) -> str:
 
 def verdict(found: Optimised) -> tuple[str, ...]:
     """Who dominates the reference and by how much, by both models; what the objectives hang on."""
-    return (*reference_sentences(found), *sensitivity_sentences(found.sensitivities))
+    return (*words.reference_sentences(found), *words.sensitivity_sentences(found.sensitivities))
 
 
 def journal_path(target: Path) -> Path:
@@ -176,7 +171,7 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
         {"optimise": found.data()},
         SearchFindings(
             answer=verdict(found),
-            verdicts=(tile(found),),
+            verdicts=(words.tile(found),),
             notes=tuple(found.sentences()),
             tables=tuple(tables(found)),
             references=tuple(

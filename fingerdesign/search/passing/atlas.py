@@ -119,7 +119,6 @@ def source_of(type_: GageType) -> GageSource:
 
 @cache
 def atlas() -> Atlas:
-    """The shipped atlas."""
     return TypeAdapter(Atlas).validate_json(FILE.read_text("utf-8"))
 
 

@@ -67,7 +67,6 @@ def passing_page(design: Design, found: Found) -> str:
 
 
 def write_page(path: Path, design: Design, found: Found) -> None:
-    """Write the page."""
     path.write_text(passing_page(design, found), encoding="utf-8", newline="\n")
 
 

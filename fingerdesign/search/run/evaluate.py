@@ -16,14 +16,7 @@ from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.outcome import Failure, FailureKind, Outcome, Validity, bounded
 from fingerdesign.runtime.machine import forget_peak_memory, peak_memory_MB, processor_seconds
 from fingerdesign.runtime.registry import allow_code, is_reference
-from fingerdesign.search.run.measured import (
-    grips_of,
-    mesh_validity,
-    metrics_of,
-    own_metrics,
-    stick_error_of,
-    traces_of,
-)
+from fingerdesign.search.run import measured
 from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.metrics import METRICS_VERSION, ON_REQUEST, PLACEMENT, SPREAD
 from fingerdesign.search.study.values import Choice
@@ -49,7 +42,7 @@ def validity_of(case: Case, analysis: Analysis) -> Validity:
         else:
             plane = estimate.errors["normal_force"]
             sentences.append(estimate.words)
-    mesh = mesh_validity(analysis.result)
+    mesh = measured.mesh_validity(analysis.result)
     if analysis.result.ladder is None:
         sentences.append("no estimate of the mesh's own error: fidelity 'auto' estimates it")
     return Validity(plane, mesh.mesh_error, (*sentences, *mesh.sentences))
@@ -80,7 +73,6 @@ class Job:
 
     @property
     def case(self) -> Case:
-        """The analysis."""
         scene_name = "" if self.scene is None else self.scene_name
         design = self.design
         if self.fidelity in FIDELITIES:
@@ -185,13 +177,12 @@ def relabelled(outcome: Outcome, job: Job) -> Outcome:
         raise ValueError(f"{outcome.name} is not an outcome of {job.name}: their digests differ")
     metrics = outcome.metrics
     if "cost" in metrics:
-        cost = own_metrics(job.design, job.cost)["cost"]
+        cost = measured.own_metrics(job.design, job.cost)["cost"]
         metrics = metrics | finite_metrics({"cost": cost})[0]
     return replace(outcome, **job.own, metrics=metrics)
 
 
 def failed(job: Job, failure: Failure) -> Outcome:
-    """The outcome of a failed job."""
     try:
         digest = job.digest()
     except DesignError as error:  # a file that it names is gone: nothing to keep it by
@@ -208,12 +199,12 @@ def _analysed(job: Job) -> Outcome:
     case = replace(case, design=_nameless(case.design))
     analysis = lifted(case) if job.part == "hand" else run(case)
     result = analysis.result
-    reported, unheard = stick_error_of(case, analysis) if job.part == "all" else (None, ())
+    reported, unheard = measured.stick_error_of(case, analysis) if job.part == "all" else (None, ())
     validity = validity_of(case, analysis)
     made, unmade = made_metrics(job)
     metrics, endless = finite_metrics(
         {
-            **metrics_of(job.design, job.cost, analysis),
+            **measured.metrics_of(job.design, job.cost, analysis),
             "stick_error": reported,
             "plane_strain_error": validity.plane_strain_error,
             **made,
@@ -224,8 +215,8 @@ def _analysed(job: Job) -> Outcome:
         **job.own,
         status="ok",
         metrics=metrics,
-        traces=traces_of(analysis),
-        grips=grips_of(analysis),
+        traces=measured.traces_of(analysis),
+        grips=measured.grips_of(analysis),
         validity=validity,
         warnings=result.warnings + unheard + unmade + endless,
         versions=result.versions,

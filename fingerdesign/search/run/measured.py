@@ -133,7 +133,6 @@ def traces_of(analysis: Analysis) -> Traces:
 
 
 def grips_of(analysis: Analysis) -> tuple[GripOutcome, ...]:
-    """The grips with their paths of forces."""
     return tuple(
         grip_outcome(grip, _numbers(trace.normal_force), _numbers(trace.tangential_force))
         for grip, trace in zip(analysis.result.grips, analysis.grip_traces, strict=True)

@@ -105,7 +105,6 @@ class Objective(Table):
 
     @property
     def direction(self) -> Goal:
-        """min or max."""
         better = self.goal or METRICS[self.metric].better
         assert better is not None
         return better
@@ -186,7 +185,6 @@ class Study(Table):
 
     @property
     def name(self) -> str:
-        """The study's name."""
         return self.study.name
 
     def digest(self) -> str:

@@ -200,7 +200,6 @@ class Observability:
 
     @property
     def advice(self) -> str:
-        """:attr:`sentences`, one after the other."""
         return " ".join(self.sentences)
 
     @property
@@ -209,7 +208,6 @@ class Observability:
         return sentences(WORDS, "floors", self)
 
     def data(self) -> dict[str, Any]:
-        """The content of the file."""
         silent = asdict(self.dead)
         dead = self.gages[silent.pop("gage")]
         return {
