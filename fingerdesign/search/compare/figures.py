@@ -139,7 +139,12 @@ def gages_figure(traces: Traces) -> Figure | None:
     if not traces.gages or not traces.gages[0]:
         return None
     count, many = len(traces.gages), len(traces.gages[0])
-    best, row, value = _largest_reading(traces)
+    readings = (
+        (value or 0.0, row, gage)
+        for row, values in enumerate(traces.gages)
+        for gage, value in enumerate(values)
+    )
+    value, row, best = max(readings, key=lambda each: abs(each[0]))
     steps = list(range(1, count + 1))
     data = [
         {
@@ -151,7 +156,7 @@ def gages_figure(traces: Traces) -> Figure | None:
         }
         for gage in range(many)
     ]
-    known = [value for row in traces.gages for value in row if value is not None]
+    known = [each for own in traces.gages for each in own if each is not None]
     layout = {
         "xaxis": {"title": {"text": "increment"}, "range": [1, max(2, count)]},
         "yaxis": {
@@ -161,9 +166,11 @@ def gages_figure(traces: Traces) -> Figure | None:
         },
         "shapes": [LOOKS["cursor"]],
     }
-    names = [_placed(traces, gage) for gage in range(many)]
-    known_places = len(traces.gage_x_mm) == many
-    order = sorted(range(many) if known_places else (), key=lambda k: traces.gage_x_mm[k] or 0.0)
+    places = traces.gage_x_mm
+    names = [f"gage {gage + 1}" for gage in range(many)]
+    for gage, x in enumerate(places[:many]):
+        names[gage] += "" if x is None else f", x = {x:.3g} mm"
+    order = sorted(range(many) if len(places) == many else (), key=lambda k: places[k] or 0.0)
     words = (
         f"Readings of {many} gages over {count} increments. The largest is {value:.3g} "
         f"microstrain, of {names[best]}, at increment {row + 1}."
@@ -177,23 +184,8 @@ def gages_figure(traces: Traces) -> Figure | None:
         "names": names,
         "best": best,
         "order": order,
-        "places": round_values([traces.gage_x_mm[gage] for gage in order]),
+        "places": round_values([places[gage] for gage in order]),
     }
-
-
-def _largest_reading(traces: Traces) -> tuple[int, int, float]:
-    """The gage, the increment and the value of the largest reading, the first of equals."""
-    best = (0, 0, 0.0)
-    for row, readings in enumerate(traces.gages):
-        for gage, value in enumerate(readings):
-            if value is not None and abs(value) > abs(best[2]):
-                best = (gage, row, value)
-    return best
-
-
-def _placed(traces: Traces, gage: int) -> str:
-    place = traces.gage_x_mm[gage] if gage < len(traces.gage_x_mm) else None
-    return f"gage {gage + 1}" + ("" if place is None else f", x = {place:.3g} mm")
 
 
 def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | None:
@@ -309,15 +301,15 @@ def forces_words(traces: Traces, grips: Sequence[GripOutcome]) -> str:
 
 def accuracy(outcome: Outcome) -> list[tuple[str, str]]:
     """The accuracy of a design's numbers: what, and how far."""
+
+    def percent(share: float | None) -> str:
+        return "not estimated" if share is None else f"{100 * share:.2g} %"
+
     computed = FIDELITIES.get(outcome.fidelity, outcome.fidelity or "not known")
-    flat = _percent(outcome.validity.plane_strain_error)
+    flat = percent(outcome.validity.plane_strain_error)
     deep = outcome.fidelity in ("3d", "finite")
     return [
         ("Computed in", computed),
         ("Plane strain overstates the normal force by", "not used" if deep else flat),
-        ("Error from the mesh", _percent(outcome.validity.mesh_error)),
+        ("Error from the mesh", percent(outcome.validity.mesh_error)),
     ]
-
-
-def _percent(share: float | None) -> str:
-    return "not estimated" if share is None else f"{100 * share:.2g} %"

@@ -4,11 +4,13 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
+from fingerdesign.design.keys import leaves
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
@@ -27,13 +29,15 @@ from fingerdesign.search.compare.recommend import (
     requested,
     usual_objectives,
 )
-from fingerdesign.search.compare.varied import with_varied
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.study.file import Cost
+from fingerdesign.search.study.values import is_number, split_share, value_in
 
 Work = Callable[[Sequence[Job]], Sequence[Outcome]]
 OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
 _MOST_LINE = 10_000_000  # characters: an outcome with its traces takes a hundredth of that
+_FINGER = ("body.", "plates.", "gages.", "materials.")
+_NO_VALUES = (".content", ".source")  # of a file, of a material: in words elsewhere
 DIGITS = 8  # of a digest, where nothing else tells designs apart
 
 
@@ -91,7 +95,7 @@ def read_comparison(
         sources = _completed(sources, objectives, work)
     every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
-    outcomes = with_varied(_distinct(outcomes, sources))
+    outcomes = _with_varied(_distinct(outcomes, sources))
     return Comparison(outcomes, _facts(sources, outcomes, objectives))
 
 
@@ -206,6 +210,51 @@ def _marks(many: Sequence[Outcome], sources: Sequence[_Source]) -> list[str]:
         [each.digest[:DIGITS] for each in many],
     )
     return next((way for way in ways if len(set(way)) == len(many)), ways[-1])
+
+
+def _with_varied(outcomes: Sequence[Outcome]) -> tuple[Outcome, ...]:
+    """The outcomes; where some are of no study, all with the values of every key that a study
+    varies or in which their fingers differ, from the designs themselves. Where the fingers are
+    alike, of every other key too: of the controller, the mesh."""
+    if all(outcome.values or not outcome.design for outcome in outcomes):
+        return tuple(outcomes)
+    keys = dict.fromkeys(chain.from_iterable(outcome.values for outcome in outcomes))
+    keys |= _varied([outcome.design for outcome in outcomes if outcome.design])
+
+    def completed(outcome: Outcome) -> Outcome:
+        found = {key: _value_at(outcome.design, key) for key in keys}
+        return replace(outcome, values=found | outcome.values)
+
+    return tuple(completed(each) if each.design else each for each in outcomes)
+
+
+def _varied(designs: Sequence[dict[str, Any]]) -> dict[str, None]:
+    """Keys of the finger in which designs differ; of any other where the fingers are alike."""
+    flat = [_leaves(each) for each in designs]
+    every = dict.fromkeys(chain.from_iterable(flat))
+    varied = [key for key in every if len({each.get(key) for each in flat}) > 1]
+    return dict.fromkeys([key for key in varied if key.startswith(_FINGER)] or varied)
+
+
+def _leaves(design: dict[str, Any]) -> dict[str, bool | float | str]:
+    """A design's dotted keys with one value each; files by their names, without their places."""
+    return {
+        key: Path(str(value)).name if key.endswith(".file") else value
+        for key, value in leaves(design)
+        if isinstance(value, bool | int | float | str)
+        and not key.startswith("design.")
+        and not key.endswith(_NO_VALUES)
+    }
+
+
+def _value_at(design: dict[str, Any], key: str) -> Any:
+    """The value of a dotted key, of "a / b" the share of two keys; None where there is none."""
+    part, whole = split_share(key)
+    above = value_in(design, part)
+    if not whole:
+        return above if isinstance(above, bool | int | float | str) else None
+    below = value_in(design, whole)
+    return above / below if is_number(above) and is_number(below) and below else None
 
 
 def _sources(path: Path) -> list[_Source]:

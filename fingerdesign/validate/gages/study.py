@@ -152,8 +152,9 @@ def observe_grips(
         counts, whole = _counts(work, best)
         gages = _gages(work, whole)
         dead = _dead(work, gages, whole)
-    pressings = _pressings(problem, settings.bounds.max_approach)
-    forces = [each.normal_force_N for each in pressings]
+    motions = [Motion(depth * settings.bounds.max_approach, 0.0) for depth in _DEPTHS]
+    pressed = [step.measures for step in follow(problem, motions)]
+    forces = [each.normal_force for each in pressed]
     return Observability(
         noise=noise,
         grips=len(grips),
@@ -163,7 +164,7 @@ def observe_grips(
         counts=counts,
         layouts=tried,
         noises=levels,
-        pressings=pressings,
+        pressings=tuple(Pressing(m.normal_force, 0.5 * m.contact_width) for m in pressed),
         floors=floors(problem, settings.face, forces, noise, report),
         dead=dead,
         seconds=time.perf_counter() - start,
@@ -263,9 +264,3 @@ def _noise_levels(
             errors = QuickLearner(sampled, work.settings.seed).errors(every)
         found.append(NoiseLevel(level, errors.stick, errors.utilisation))
     return tuple(found)
-
-
-def _pressings(problem: ContactProblem, max_approach: float) -> tuple[Pressing, ...]:
-    motions = [Motion(depth * max_approach, 0.0) for depth in _DEPTHS]
-    found = [step.measures for step in follow(problem, motions)]
-    return tuple(Pressing(each.normal_force, 0.5 * each.contact_width) for each in found)
