@@ -8,7 +8,7 @@ figures: no text of an outcome, which Plotly might take for markup.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain, groupby, pairwise
 from pathlib import Path
 from typing import Any
@@ -156,13 +156,12 @@ def gages_figure(traces: Traces) -> Figure | None:
         }
         for gage in range(many)
     ]
-    known = [each for own in traces.gages for each in own if each is not None]
     layout = {
         "xaxis": {"title": {"text": "increment"}, "range": [1, max(2, count)]},
         "yaxis": {
             "title": {"text": "reading (microstrain)"},
             "zeroline": True,
-            "range": _spread([*known, 0.0]),
+            "range": _spread(traces.gages),
         },
         "shapes": [LOOKS["cursor"]],
     }
@@ -194,8 +193,8 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
     if not traces.normal_force_N and not grips:
         return None
     paths: tuple[Traces | GripOutcome, ...] = (traces, *grips)
-    wide = _force_range([path.normal_force_N for path in paths])
-    high = _force_range([path.tangential_force_N for path in paths])
+    wide = _spread(path.normal_force_N for path in paths)
+    high = _spread(path.tangential_force_N for path in paths)
     shown = sorted({grip.friction_coefficient for grip in grips} & set(frictions))
     corner = wide[1], high[1]
     data = [_limit(friction, _look(friction, frictions), corner) for friction in shown]
@@ -218,11 +217,6 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
     words = forces_words(traces, grips)
     own = {"steps": steps, "shared": ["xaxis", "yaxis"], "words": words}
     return {"data": data, "layout": layout, **own}
-
-
-def _force_range(parts: Sequence[Numbers]) -> list[Any]:
-    """The range of an axis that holds 0 and every force of several paths."""
-    return _spread([0.0, *(value for value in chain.from_iterable(parts) if value is not None)])
 
 
 def _limit(friction: float, look: Mapping[str, Any], corner: tuple[Any, Any]) -> dict[str, Any]:
@@ -260,8 +254,9 @@ def _look(friction: float, frictions: Mapping[float, int]) -> dict[str, str]:
     return looks[frictions.get(friction, -1) % len(looks)]
 
 
-def _spread(values: Sequence[float]) -> list[float | int | None]:
-    """Least and greatest, with 6 % more where that is not zero."""
+def _spread(lists: Iterable[Numbers]) -> list[float | int | None]:
+    """The range of an axis that holds 0 and all numbers, with 6 % more at an end that is not 0."""
+    values = [0.0, *(value for value in chain.from_iterable(lists) if value is not None)]
     low, high = min(values), max(values)
     more = 0.06 * (high - low) or 0.5
     return [number(low - more if low else 0.0), number(high + more if high else 0.0)]

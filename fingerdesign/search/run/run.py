@@ -59,15 +59,12 @@ class Store:
         name = _name(digest)
         try:
             line = self._cache.text(name)
+            found = None if line is None else Outcome.from_json(line)
         except OSError as error:
             raise StoreError(f"{self._cache.path(name)} cannot be read: {error}") from error
-        if line is None:
-            return None
-        try:
-            found = Outcome.from_json(line)
         except OutcomeError:  # of another version of this format
             return None
-        if found.digest != digest:
+        if found is None or found.digest != digest:
             return None
         transient = found.failure is not None and found.failure.kind in TRANSIENT
         return None if retry and transient else found
