@@ -8,6 +8,7 @@ and bad above LIMIT.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from fingerdesign.report.page import paragraphs
 from fingerdesign.validate.record import THRESHOLDS, ComparisonData, Kind, Spread, Verdict
@@ -89,25 +90,30 @@ def advise(
         worst = [each for each in worst if each.group == "gages"]
     if not worst:
         raise ValueError("nothing was compared, so there is nothing to advise")
-    good = [each for each in worst if each.error <= KEEP]
-    dear = [each for each in worst if each.error > KEEP]
-    bad = [each for each in worst if each.error > LIMIT]
+    good, dear = _split(worst, KEEP)
+    fair, bad = _split(dear, LIMIT)
     verdict: Verdict = "keep" if good == worst else "drop" if bad == worst else "limited"
     if kind == "value" and dear:
         verdict = "measure"
     dearest = max(comparisons, key=lambda each: each.better.seconds)
-    of = {
+    of: dict[str, Any] = {
         "verdict": verdict,
         "most": max(worst, key=lambda each: each.error),
         "good": good,
         "dear": dear,
-        "fair": [each for each in dear if each.error <= LIMIT],
+        "fair": fair,
         "bad": bad,
         "one_way": _one_way(dear),
         "seconds": (dearest.assumed.seconds, dearest.better.seconds),
         "worth": _WORTH,
     }
     return verdict, paragraphs(WORDS, kind, of=of)[0]
+
+
+def _split(worst: Sequence[Worst], bound: float) -> tuple[list[Worst], list[Worst]]:
+    """Errors up to a bound, and those above it."""
+    good = [each for each in worst if each.error <= bound]
+    return good, [each for each in worst if each.error > bound]
 
 
 def _one_way(dear: Sequence[Worst]) -> dict[str, list[Worst]]:

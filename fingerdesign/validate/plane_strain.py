@@ -183,22 +183,28 @@ def plane_strain_error(
     place = (poisson, _span(design), depth, width)
     inside = chart.inside(*place)
     gaged = bool(design.plates.number) and design.gages.grid == "axial"  # as the map's
-    names = [name for name in chart.errors if gaged or "gage" not in name]
-    known = {name: chart.error(name, *place) for name in names}
-    errors = {name: value for name, value in known.items() if math.isfinite(value)}
+    errors = _errors(chart, place, gaged)
     unsure = _uncertainty(chart, errors, 1.0 if inside else _OUTSIDE)
     notes = []
     if design.plates.number and not gaged:
         grid = design.gages.grid
         notes.append(f"what it does to {grid} gages is not known: the study's are axial")
-    lengths = [frame.length for frame in plate_frames(design) if frame.along == "x"]
-    if place[1] > 0.0 and min(lengths) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
+    if place[1] > 0.0 and _shortest_plate(design) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
         notes.append(_widen_to_bare(errors, unsure, chart, place))
     if scene is not None and _pulls_further(scene):
         notes.append(_widen_to_slip(errors, unsure))
     errors, unsure = (_with_own_gages(design, each) for each in (errors, unsure))
     ratios = dict(zip(RATIOS, place, strict=True))
     return PlaneStrainEstimate(errors, unsure, ratios, inside, tuple(notes))
+
+
+def _errors(
+    chart: PlaneStrainMap, place: tuple[float, float, float, float], gaged: bool
+) -> dict[str, float]:
+    """The errors that the map knows at a place; those of gages where the design's are the map's."""
+    names = [name for name in chart.errors if gaged or "gage" not in name]
+    errors = {name: chart.error(name, *place) for name in names}
+    return {name: value for name, value in errors.items() if math.isfinite(value)}
 
 
 def _with_own_gages(design: Design, values: dict[str, float]) -> dict[str, float]:
@@ -223,6 +229,11 @@ def _uncertainty(
         own = known.get(name, {"relative": 0.5, "absolute": 0.05})
         found[name] = (own["absolute"] + own["relative"] * abs(value)) * factor
     return found
+
+
+def _shortest_plate(design: Design) -> float:
+    """Length of the shortest plate along x, mm."""
+    return min(frame.length for frame in plate_frames(design) if frame.along == "x")
 
 
 def _widen_to_bare(

@@ -176,16 +176,19 @@ def _cells(row: Row, at: str) -> list[Any]:
     return [*cells, *([side.rows, side.rows_left_out] if side else [None, None]), row.advice]
 
 
+def _worst_spread(sides: list[Side], name: str) -> Spread | None:
+    every = [spread for side in sides if (spread := side.spread(name)) is not None]
+    if not every:
+        return None
+    return Spread(max(each.greatest for each in every), max(each.median for each in every))
+
+
 def worst_side(sides: list[Side | None]) -> Side | None:
     """The worst of each number over several comparisons."""
     found = [side for side in sides if side is not None]
     if not found:
         return None
-    errors: Any = dict.fromkeys(QUANTITIES)
-    for name in QUANTITIES:
-        if every := [spread for side in found if (spread := side.spread(name)) is not None]:
-            greatest, median = zip(*((each.greatest, each.median) for each in every), strict=True)
-            errors[name] = Spread(max(greatest), max(median))
+    errors: Any = {name: _worst_spread(found, name) for name in QUANTITIES}
     return Side(
         rows=min(side.rows for side in found),
         rows_left_out=max(side.rows_left_out for side in found),

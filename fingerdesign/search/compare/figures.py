@@ -166,9 +166,7 @@ def gages_figure(traces: Traces) -> Figure | None:
         "shapes": [LOOKS["cursor"]],
     }
     places = traces.gage_x_mm
-    names = [f"gage {gage + 1}" for gage in range(many)]
-    for gage, x in enumerate(places[:many]):
-        names[gage] += "" if x is None else f", x = {x:.3g} mm"
+    names = [_placed(traces, gage) for gage in range(many)]
     order = sorted(range(many) if len(places) == many else (), key=lambda k: places[k] or 0.0)
     words = (
         f"Readings of {many} gages over {count} increments. The largest is {value:.3g} "
@@ -185,6 +183,11 @@ def gages_figure(traces: Traces) -> Figure | None:
         "order": order,
         "places": round_values([places[gage] for gage in order]),
     }
+
+
+def _placed(traces: Traces, gage: int) -> str:
+    place = traces.gage_x_mm[gage] if gage < len(traces.gage_x_mm) else None
+    return f"gage {gage + 1}" + ("" if place is None else f", x = {place:.3g} mm")
 
 
 def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | None:

@@ -223,15 +223,20 @@ def judge(study: Study, outcomes: Sequence[Outcome]) -> Judged:
         if worst is None and not absent:
             worst = max(known, key=study.constraints[metric].beyond)
         metrics[metric] = None if absent else worst
-    failure = "; ".join(each.failure.sentence for each in outcomes if each.failure is not None)
     return Judged(
         outcomes[0].name,
         np.array(values) * signs,
         metrics,
         feasible=all(excess <= 0.0 for excess in broken.values()),
-        failure=failure or ("misses an objective" if broken["failed"] > 0.0 else ""),
+        failure=_failure(outcomes, broken["failed"] > 0.0),
         lacks=lacks(study, outcomes),
     )
+
+
+def _failure(outcomes: Sequence[Outcome], failed: bool) -> str:
+    """The sentences of the outcomes that failed, or that an objective is missing; "" else."""
+    failures = [each.failure.sentence for each in outcomes if each.failure is not None]
+    return "; ".join(failures) or ("misses an objective" if failed else "")
 
 
 def confirm(
