@@ -131,8 +131,9 @@ def small_strain(solves: Solves, deep: bool) -> Pairs:
     why = section_why_not(solves.design, solves.scene)
     if why is not None and not deep:
         raise NotTestable(f"{why}; --deep tests it in three dimensions")
-    models = {"plane strain": solves.section} if why is None else {}
-    models |= {"3-D": solves.space} if deep else {}
+    models: dict[str, Callable[..., Solved]] = {"3-D": solves.space} if deep else {}
+    if why is None:
+        models = {"plane strain": solves.section, **models}
     found = []
     for name, solved in models.items():
         small = solves.in_single_increments(solved(plates=plates))

@@ -28,6 +28,7 @@ from fingerdesign.search.run.hand import RULE, STEPS
 from fingerdesign.trials.tuning import ranges_of
 
 MOST_HANDS, BATCH = 40, 4  # Hands tried for a finger, and how many at once.
+MOST_TRIED = MOST_HANDS + BATCH - 1  # They come in batches.
 # A hand near another: standard deviations of the logarithm, one drawn for each hand, and the share
 # of values that change. For film_tees such a search found in 10 hands what 20 of a box did not.
 _NEAR = (0.05, 0.15, 0.4)

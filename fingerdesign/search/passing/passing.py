@@ -31,9 +31,8 @@ from fingerdesign.search.passing.found import (
     order_of,
 )
 from fingerdesign.search.passing.freedom import Freedom
-from fingerdesign.search.passing.hands import BATCH as HANDS_AT_ONCE
 from fingerdesign.search.passing.hands import (
-    MOST_HANDS,
+    MOST_TRIED,
     NO_HAND,
     hand_of,
     shortfall_of,
@@ -56,7 +55,6 @@ _LIMIT_S = 900.0  # Of one trial.
 # where a plainer finger is searched next.
 _MOST_SHORT, _MOST_POOR = 4, 20
 _BODIES = 2  # Round bodies analysed at once: each takes a minute or two on one core.
-_HANDS = MOST_HANDS + HANDS_AT_ONCE - 1  # They come in batches.
 # Sizes that a trial changes for speed; a hand is searched again with the design's own.
 _OWN_MESH = (
     "mesh.section.gradation",
@@ -330,7 +328,7 @@ class _Run:
             return self.calls.evaluated([_job(each, "hand", own_mesh) for each in designs])
 
         def shown(count: int) -> None:
-            tried = f"{count} of at most {_HANDS} tried"
+            tried = f"{count} of at most {MOST_TRIED} tried"
             self.calls.report(f"{words} for a finger with good gages: {tried}")
 
         hand = hand_of(design, judged, shown, self.freedom.allows)
@@ -361,5 +359,5 @@ def _job(
     design: Design, part: Part, own_mesh: bool = False, values: Mapping[str, Choice] | None = None
 ) -> Job:
     keys, name = _OWN_MESH if own_mesh else (), design.design.name
-    made = Job(name, design, Cost(), dict(values or {}), None, fidelity="3d", study_keys=keys)
-    return replace(made, part=part)
+    values = dict(values or {})
+    return Job(name, design, Cost(), values, fidelity="3d", study_keys=keys, part=part)

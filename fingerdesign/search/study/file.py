@@ -204,7 +204,8 @@ def _flat(name: str, table: Any) -> Any:
 
 def _twice(names: Sequence[str]) -> int | None:
     """The place of the first name that stands before it too; None where all differ."""
-    return next((at for at, name in enumerate(names) if name in names[:at]), None)
+    first: dict[str, int] = {}
+    return next((at for at, name in enumerate(names) if first.setdefault(name, at) != at), None)
 
 
 def read_study(path: Path | str) -> Study:
