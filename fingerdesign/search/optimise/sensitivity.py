@@ -16,9 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.study.file import Study
 from fingerdesign.search.study.values import Choice, all_numbers
@@ -82,7 +81,7 @@ def _of(study: Study, outcomes: Sequence[Outcome], metric: str) -> Sensitivity:
     return Sensitivity(metric, len(known), explained, tuple(effects))
 
 
-def _columns(study: Study, values: Sequence[dict[str, Choice]]) -> tuple[Array, NDArray[np.int64]]:
+def _columns(study: Study, values: Sequence[dict[str, Choice]]) -> tuple[Array, IntArray]:
     """A column a number, a column for each choice that has no order; and whose each column is."""
     columns: list[list[float]] = []
     of_key: list[int] = []
@@ -97,9 +96,7 @@ def _columns(study: Study, values: Sequence[dict[str, Choice]]) -> tuple[Array, 
     return np.column_stack(columns), np.array(of_key)
 
 
-def _importance(
-    inputs: Array, of_key: NDArray[np.int64], truth: Array, seed: int
-) -> tuple[float, Array]:
+def _importance(inputs: Array, of_key: IntArray, truth: Array, seed: int) -> tuple[float, Array]:
     """R2 on held-out trials; and (folds, parameters) shares of the variance."""
     from sklearn.ensemble import RandomForestRegressor
 
@@ -127,9 +124,7 @@ def _importance(
     return 1.0 - float(((reported - truth) ** 2).mean()) / variance, shares
 
 
-def _directions(
-    study: Study, inputs: Array, of_key: NDArray[np.int64], truth: Array
-) -> list[float | None]:
+def _directions(study: Study, inputs: Array, of_key: IntArray, truth: Array) -> list[float | None]:
     """Partial rank correlation of each parameter that has an order; equal values share a rank."""
     from scipy.stats import rankdata
 

@@ -2,7 +2,7 @@
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
@@ -73,9 +73,8 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
     if problem is None:
         return None, ()
     grip = design.grip
-    sampled = [
-        k for k, plate in enumerate(case.gage_array) if plate not in grip.hardware.dead_gages
-    ]
+    dead = grip.hardware.dead_gages
+    sampled = [k for k, plate in enumerate(case.gage_array) if plate not in dead]
     if not sampled:
         return None, ()
     problem = replace(problem, model=problem.model.with_gages(sampled))
@@ -201,10 +200,9 @@ def _gage_response(analysis: Analysis) -> float | None:
     force = np.array([row.tangential_force_N for row in rows])
     pulled = np.flatnonzero(np.abs(np.diff(force)) > 1e-6)
     # Steps that press too would mix in what F_n does.
-    still = [int(k) for k in pulled if math.isclose(rows[k].approach_mm, rows[k + 1].approach_mm)]
-    if not still:
+    still = (k for k in pulled if math.isclose(rows[k].approach_mm, rows[k + 1].approach_mm))
+    if (first := next(still, None)) is None:
         return None
-    first = still[0]
     change = np.abs(readings[first + 1] - readings[first]) / abs(force[first + 1] - force[first])
     return float(change.max())
 
@@ -235,10 +233,7 @@ def _shown_points(contact: ContactHistory) -> list[int]:
         side *= 1.05
 
 
-def _numbers(values: object) -> Numbers:
+def _numbers(values: Iterable[Any]) -> Numbers:
     """Four digits are what a chart shows; None where there is no number."""
-    found = []
-    for value in values:  # type: ignore[attr-defined]
-        number = None if value is None else float(value)
-        found.append(None if number is None or not bounded(number) else float(f"{number:.5g}"))
-    return tuple(found)
+    numbers = (None if value is None else float(value) for value in values)
+    return tuple(None if n is None or not bounded(n) else float(f"{n:.5g}") for n in numbers)
