@@ -1,7 +1,7 @@
 """The page of a search for a passing finger: where it began, where it ended, what was given up."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,6 @@ from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.analysis.page.section import dimension_shapes, draw_shapes, section_shapes
 from fingerdesign.analysis.verdicts import GOOD_CORRELATION, verdict_view
 from fingerdesign.design.schema import Design
-from fingerdesign.records.outcome import Outcome
 from fingerdesign.report import style
 from fingerdesign.report.page import Item, Page, Section, Text, page_html
 from fingerdesign.report.table import Table, value_text
@@ -39,26 +38,19 @@ def passing_page(design: Design, found: Found) -> str:
         first = charts.pop() if charts and best is None else Text(found.conflict)
         if best is not None:
             first = _sections(design, best.design)
-    items = [*charts, *_tables(found)]
-    sections = [Section("search", "The search", items)] if items else []
-    if best is not None:
-        changes = changes_between(design, best.design)
-        if _ARC in changes and design.body.shape in ("block", "step"):
-            changes[_ARC] = None, changes[_ARC][1]  # It had no arc.
-        changed = _changed(changes)
-        *lost, others = _given_up(found, best.sensed)
-        sections.insert(0, Section("changes", "What changed", [*lost, changed, others]))
-    if found.note:
-        sections.insert(0, Section("note", "What to know", [Text(found.note)]))
-    if found.conflict:
-        sections.insert(0, Section("conflict", "Why none passes", [Text(found.conflict)]))
+    sections = [
+        Section("conflict", "Why none passes", [Text(found.conflict)] if found.conflict else []),
+        Section("note", "What to know", [Text(found.note)] if found.note else []),
+        Section("changes", "What changed", [*_changes(design, found)]),
+        Section("search", "The search", [*charts, *_tables(found)]),
+    ]
     title = f"{design.design.name}: search for a passing finger"
     return page_html(
         Page(
             title=title,
             heading=title,
             lead=" · ".join([view.summary if view else "no finger passes", count]),
-            sections=sections,
+            sections=[each for each in sections if each.items],
             record=[Text(f"Searched keys: {', '.join(found.space.parameters)}.", "quiet")],
             first=first,
             view=view,
@@ -116,33 +108,32 @@ def _trials_figure(found: Found) -> style.ReportFigure:
     return style.ReportFigure("trials", "Gages of all trials", image, reading, reading)
 
 
-def _changed(changes: Mapping[str, tuple[Any, Any]]) -> Table:
-
-    def text(value: Any) -> str:
-        return "–" if value is None else value_text(value)
-
-    rows = tuple((key, text(old), text(new)) for key, (old, new) in changes.items())
+def _changes(design: Design, found: Found) -> Iterator[Item]:
+    """What was given up, the changed keys, and quantities of the first trial and the one taken."""
+    if found.best is None:
+        return
+    if found.given_up:
+        yield Text(found.given_up)
+    if lost := ", ".join(found.space.replaced):
+        words = "Given up, since one plain row of plates below a crown was searched"
+        yield Text(f"{words}: {lost}.")
+    changes = changes_between(design, found.best.design)
+    if _ARC in changes and design.body.shape in ("block", "step"):
+        changes[_ARC] = None, changes[_ARC][1]  # It had no arc.
+    changed = tuple((key, *map(_text, values)) for key, values in changes.items())
     columns = ("key", "before", "after")
-    return Table("changed", "Changed keys", columns, rows, frozenset(range(3)))
-
-
-def _given_up(found: Found, taken: Outcome) -> Sequence[Item]:
-    """Quantities of the first trial and of the one that was taken; replaced layouts and tops."""
-    ends = found.tried[0].outcomes[0], taken
+    yield Table("changed", "Changed keys", columns, changed, frozenset(range(3)))
+    ends = found.tried[0].outcomes[0], found.best.sensed
     rows = tuple(
         (_named(name), *(_number(each.metrics.get(name)) for each in ends)) for name in _GIVEN_UP
     )
-    table = Table(
-        "given-up",
-        "What else changed, by the trials' swept cells; the report has the finger's own mesh",
-        ("quantity", "your sizes (first trial)", "taken"),
-        rows,
-        frozenset({0}),
-    )
-    words = [found.given_up] if found.given_up else []
-    if lost := ", ".join(found.space.replaced):
-        words += [f"Given up, since one plain row of plates below a crown was searched: {lost}."]
-    return [*map(Text, words), table]
+    words = "What else changed, by the trials' swept cells; the report has the finger's own mesh"
+    columns = ("quantity", "your sizes (first trial)", "taken")
+    yield Table("given-up", words, columns, rows, frozenset({0}))
+
+
+def _text(value: Any) -> str:
+    return "–" if value is None else value_text(value)
 
 
 def _named(name: str) -> str:
