@@ -59,10 +59,6 @@ class Bound:
     at_least: float | None = None
     at_most: float | None = None
 
-    def holds(self, outcome: Outcome) -> bool:
-        """Return True where the outcome has the metric, within the bound."""
-        return not self.broken_by(outcome)
-
     def broken_by(self, outcome: Outcome) -> str:
         """Describe how the outcome breaks the bound, and by how much; "" where it holds."""
         value = outcome.metrics.get(self.metric)

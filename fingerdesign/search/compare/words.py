@@ -142,7 +142,7 @@ def _missed(good: Sequence[Outcome], facts: StudyFacts) -> dict[str, Any]:
     lacking: dict[str, list[str]] = {shown(metric): [] for metric in metrics}
     meeting, purposeless = 0, list[str]()
     for each in good:
-        broken = [shown(b.words) for b in facts.constraints if not b.holds(each)]
+        broken = [shown(b.words) for b in facts.constraints if b.broken_by(each)]
         absent = [metric for metric in metrics if each.metrics.get(metric) is None]
         meeting += not broken
         missed.update(broken)

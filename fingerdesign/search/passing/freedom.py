@@ -2,6 +2,7 @@
 
 import difflib
 from dataclasses import dataclass
+from typing import Any
 
 from fingerdesign.design.keys import leaves
 from fingerdesign.design.schema import Design
@@ -39,16 +40,19 @@ class Freedom:
                 if key in tables:
                     remedy = "it is a table: name its keys, one --free for each"
                 found.append(Fault(option, key, "a key of the design", remedy))
-        for key in (each for each in self.free if each in known):
-            if not is_number(known[key]):
-                bound, remedy = "a key with a number", "only numbers can vary between bounds"
-            elif not known[key]:
-                bound, remedy = "a key that is not 0", "it varies by 0.7 to 1.4 times; set a number"
-            elif key.startswith("mesh."):
-                bound, remedy = "a key of the finger", "an element's size would vary the error"
-            elif not self.allows(key):
-                bound, remedy = "a key that is not kept", "leave out --keep or --free of it"
-            else:
-                continue
-            found.append(Fault("--free", key, bound, remedy))
-        return found
+        return found + [
+            Fault("--free", key, *refused)
+            for key in self.free
+            if key in known and (refused := self._refused(key, known[key]))
+        ]
+
+    def _refused(self, key: str, value: Any) -> tuple[str, str] | None:
+        """Bound and remedy of a key that cannot vary."""
+        if not is_number(value):
+            return "a key with a number", "only numbers can vary between bounds"
+        if not value:
+            return "a key that is not 0", "it varies by 0.7 to 1.4 times; set a number"
+        if key.startswith("mesh."):
+            return "a key of the finger", "an element's size would vary the error"
+        kept = "a key that is not kept", "leave out --keep or --free of it"
+        return None if self.allows(key) else kept
