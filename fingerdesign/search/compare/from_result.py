@@ -66,10 +66,8 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
     if result.increments and design is not None:
         plates = plate_frames(design)
         analysis = Analysis(result, plates=plates, contact=_contact(result, folder))
-        traces, metrics = (
-            measured.traces_of(analysis),
-            measured.metrics_of(design, Cost(), analysis),
-        )
+        traces = measured.traces_of(analysis)
+        metrics = measured.metrics_of(design, Cost(), analysis)
         del metrics["cost"]  # no prices were given
     return Outcome(
         digest=result.digest,
