@@ -96,6 +96,7 @@ def advise(
     if kind == "value" and dear:
         verdict = "measure"
     dearest = max(comparisons, key=lambda each: each.better.seconds)
+    # good: up to KEEP; fair: up to LIMIT; bad: above; dear: fair or bad.
     of: dict[str, Any] = {
         "verdict": verdict,
         "most": max(worst, key=lambda each: each.error),

@@ -192,8 +192,8 @@ def temperature(solves: Solves, deep: bool) -> Pairs:
     _needs_plates(design, ", so no gages")
     if design.plates.model != "solid":
         raise NotTestable(f"plates.model = {design.plates.model}: solid plates are needed")
-    parts: tuple[Part, ...] = ("body", "plates", "core")
-    for part in parts[: 2 if design.body.core is None else 3]:
+    parts: list[Part] = ["body", "plates", "core"] if design.body.core else ["body", "plates"]
+    for part in parts:
         if design.expansion_of(part) is None:
             raise NotTestable(f"expansion_per_K of the material of the {part} is not given")
     truth = answer_of(solves.space())

@@ -272,12 +272,12 @@ def confirm(
     jobs = [replace(j, name=f"{j.name}-{fidelity}") for j in chain.from_iterable(plans)]
     again = evaluated(jobs)
     rest = iter(again)
-    deep = [judge(study, [*islice(rest, len(plan))]) for plan in plans]
-    pairs = zip(chosen, deep[1:], strict=True)
+    thorough, *deep = [judge(study, [*islice(rest, len(plan))]) for plan in plans]
+    pairs = zip(chosen, deep, strict=True)
     return replace(
         found,
         fidelity=fidelity,
-        thorough_reference=deep[0],
+        thorough_reference=thorough,
         confirmed=tuple(Confirmed(tried[k].number, every[k], own) for k, own in pairs),
         again=(*again, *outcomes),
     )
