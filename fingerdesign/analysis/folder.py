@@ -96,10 +96,7 @@ def _write(path: Path, mesh: Mesh, displacement: Array | None) -> Path:
         for part, values in zip(STRAINS, strain.T, strict=True):
             cell_data[f"strain_{part}_microstrain"] = [np.ascontiguousarray(values)]
     grid = meshio.Mesh(
-        points,
-        [(mesh.kind.quadratic, mesh.cells)],
-        point_data=point_data,
-        cell_data=cell_data,
+        points, [(mesh.kind.quadratic, mesh.cells)], point_data=point_data, cell_data=cell_data
     )
     grid.write(path, file_format="vtu", binary=True)
     return path

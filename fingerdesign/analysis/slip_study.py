@@ -207,11 +207,7 @@ def slip_studies(
 
 
 def slip_study(
-    problem: ContactProblem,
-    rows: Rows,
-    face: str,
-    gage_x: Array,
-    known: HandKnowledge,
+    problem: ContactProblem, rows: Rows, face: str, gage_x: Array, known: HandKnowledge
 ) -> SlipStudy:
     """Follow ``rows`` from touch and compare the gage area with the true stick area.
 
@@ -323,9 +319,7 @@ def _mean_ranks(values: Array) -> Array:
 
 def _sample(measures: Measures, face: str, order: NDArray[np.int64]) -> Sample:
     return Sample(
-        gage_readings(measures.gages, face)[order],
-        measures.normal_force,
-        measures.tangential_force,
+        gage_readings(measures.gages, face)[order], measures.normal_force, measures.tangential_force
     )
 
 

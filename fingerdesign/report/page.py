@@ -24,8 +24,7 @@ from fingerdesign.report.table import Table
 COMMON = Path(__file__).parent / "templates"  # parts.html.j2 and report.css, for every page
 # Elements that may hold no button, whole; then any other tag. The rest is text.
 _TAGS = re.compile(
-    r"(<(script|style|svg|a|button|h1|code|summary|label|select|nav)\b.*?</\2>|<[^>]*>)",
-    re.DOTALL,
+    r"(<(script|style|svg|a|button|h1|code|summary|label|select|nav)\b.*?</\2>|<[^>]*>)", re.DOTALL
 )
 # The space between a number and the sign or unit behind it.
 _UNIT = re.compile(

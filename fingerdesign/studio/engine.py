@@ -56,10 +56,7 @@ def flat_scene(press: Press) -> Scene:
     """The object: a plane, at the press's friction."""
     row = (press.approach or 1e-3, press.shear)
     return Scene.model_validate(
-        {
-            "object": {"friction_coefficient": press.friction},
-            "path": {"increments_mm": [row]},
-        }
+        {"object": {"friction_coefficient": press.friction}, "path": {"increments_mm": [row]}}
     )
 
 

@@ -25,10 +25,7 @@ CHANGED = ("values", "rest", "trials")  # what the page sets; all else is this m
 
 
 async def serve(
-    session: Session,
-    token: str,
-    port: int = 0,
-    ready: Callable[[str], None] = lambda address: None,
+    session: Session, token: str, port: int = 0, ready: Callable[[str], None] = lambda address: None
 ) -> None:
     """Serve the page until it is cancelled; ``ready`` is given the address, token and all.
 

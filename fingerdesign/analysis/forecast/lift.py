@@ -10,12 +10,7 @@ from dataclasses import asdict, dataclass, replace
 
 from fingerdesign.analysis.analysis import ENOUGH_NODES, SMALL_STRAIN
 from fingerdesign.analysis.case import gage_array
-from fingerdesign.analysis.detection import (
-    HELD_USED,
-    SEEN,
-    WANTED_STICK_CHANGE,
-    amplifier_noise,
-)
+from fingerdesign.analysis.detection import HELD_USED, SEEN, WANTED_STICK_CHANGE, amplifier_noise
 from fingerdesign.checks.follow import lift_approach, lift_force
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.design.grip import weight_per_finger

@@ -20,10 +20,7 @@ LIFT = 0.02
 _MIRROR = np.array([1.0, 1.0, -1.0])
 _BENT_PIECES = 6  # A gage on a bent plate is so many flat pieces.
 # Facets of a positively oriented cell, by the dimension.
-_OUTWARD = {
-    2: ((0, 1), (1, 2), (2, 0)),
-    3: ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)),
-}
+_OUTWARD = {2: ((0, 1), (1, 2), (2, 0)), 3: ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))}
 
 
 def gage_quads(plates: tuple[PlateFrame, ...], gages: Gages) -> Array:
