@@ -13,8 +13,6 @@ A change counts as measured where it is ``SEEN`` deviations of one sample, the u
 detection (IUPAC, Compendium of Chemical Terminology: "limit of detection").
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 

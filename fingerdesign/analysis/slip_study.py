@@ -10,8 +10,6 @@ approach with the shear in proportion to mu runs through the same stick areas. S
 coefficients are studied with :func:`scaled_rows`, and each ends in complete slip.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -3,8 +3,6 @@
 The ``kind`` of a part names the macro of parts.html.j2 that shows it.
 """
 
-from __future__ import annotations
-
 import base64
 import gzip
 import hashlib
@@ -56,7 +54,7 @@ class Fold:
     """Items that open with a click on their summary."""
 
     summary: str
-    items: Sequence[Item]
+    items: Sequence["Item"]
     kind: ClassVar[str] = "fold"
 
 

@@ -4,12 +4,10 @@ Changes are stored as dotted keys, apart from the file's text. A change of the f
 taken over, and wins where it is of the same key.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from fingerdesign.checks.load import judge_design, with_values
 from fingerdesign.design.faults import shown
@@ -105,7 +103,7 @@ class Document:
     _judged: tuple[str, Design] | None = None
 
     @classmethod
-    def of(cls, name: Path | None) -> Document:
+    def of(cls, name: Path | None) -> Self:
         """The file, or the shipped design of that name. Raises DesignError with every fault."""
         chosen = Path(SHIPPED) if name is None else name
         text = file_text(chosen)

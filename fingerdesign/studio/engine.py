@@ -6,8 +6,6 @@ differ by less than 1 %, the stick ratio by 0.003 and the gages' change by the s
 largest (docs/how_to/studio.md).
 """
 
-from __future__ import annotations
-
 from collections import OrderedDict
 from dataclasses import dataclass, field
 

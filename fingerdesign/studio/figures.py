@@ -4,8 +4,6 @@ Colours are names of the page's variables ("--blue"); the page's chart component
 stand for. What is pinned is drawn beneath, thin.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

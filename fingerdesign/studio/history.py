@@ -1,11 +1,9 @@
 """Undo and redo: the states of a page between its changes."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Self
 
 from fingerdesign.studio.document import Document
 
@@ -24,7 +22,7 @@ class State:
     values: dict[str, Any]
 
     @classmethod
-    def of(cls, document: Document, values: dict[str, Any]) -> State:
+    def of(cls, document: Document, values: dict[str, Any]) -> Self:
         """The present state."""
         return cls(document, document.text, document.draft, dict(document.unsaved), dict(values))
 

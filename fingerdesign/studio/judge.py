@@ -1,7 +1,5 @@
 """Verdicts on the studio's finger: those of ``fingerdesign analyse``."""
 
-from __future__ import annotations
-
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.verdicts import verdict_view
 from fingerdesign.design.schema import Design

@@ -1,7 +1,5 @@
 """Results of a press: forces, contact, tractions, readings; the same of every model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The page bound to a session: moves in, pictures out; verdicts and searches next to them."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor

@@ -4,8 +4,6 @@ Its process writes the best finger so far into a file; the page looks at it. Kil
 leaves the best so far.
 """
 
-from __future__ import annotations
-
 import pickle
 from contextlib import suppress
 from dataclasses import dataclass, replace

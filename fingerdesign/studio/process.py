@@ -1,7 +1,5 @@
 """A process for the page's long work: one call at a time, given up at any time."""
 
-from __future__ import annotations
-
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any

@@ -6,8 +6,6 @@ forbids the browser to ask anything of anybody else.
 Needs the extra ``studio`` (``pip install 'fingerdesign[studio]'``), loaded when it is started.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import os

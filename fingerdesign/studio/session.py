@@ -3,8 +3,6 @@
 A session is worked by one thread; what it shows is a dict of plain values, ready for the browser.
 """
 
-from __future__ import annotations
-
 import time
 import tomllib
 from collections.abc import Mapping

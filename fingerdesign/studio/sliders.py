@@ -1,11 +1,9 @@
 """The controls: which keys of a design can be moved, how far, and what the object does."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Self
 
 from pydantic.fields import FieldInfo
 
@@ -81,7 +79,7 @@ class Press:
     friction: float
 
     @classmethod
-    def of(cls, values: dict[str, Any]) -> Press:
+    def of(cls, values: dict[str, Any]) -> Self:
         """The sliders' part that is the object's."""
         return cls(*(float(values[key]) for key in ("approach", "shear", "friction")))
 

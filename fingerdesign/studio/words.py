@@ -1,7 +1,5 @@
 """The page's words on the numbers of a press: a question, a table, the section's text."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -16,8 +16,6 @@ ratios count where something pulls sideways: under approach alone they say how t
 into increments.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,14 +46,14 @@ class Estimate:
         """Which quantity that is."""
         return max(self.by_quantity, key=lambda name: self.by_quantity[name])
 
-    def plus(self, other: Estimate) -> Estimate:
+    def plus(self, other: "Estimate") -> "Estimate":
         """Both errors together, at their worst."""
         names = {**self.by_quantity, **other.by_quantity}
         return Estimate(
             {n: self.by_quantity.get(n, 0.0) + other.by_quantity.get(n, 0.0) for n in names}
         )
 
-    def refined(self, ratio: float) -> Estimate:
+    def refined(self, ratio: float) -> "Estimate":
         """Errors that are left on sizes ``ratio`` times smaller."""
         return Estimate({n: each / ratio ** ORDERS[n] for n, each in self.by_quantity.items()})
 

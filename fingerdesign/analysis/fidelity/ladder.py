@@ -9,8 +9,6 @@ space confirms it. Else the finger is refined, each answer judged by the one bef
 cannot suffice skipped, until the estimate is under the tolerance.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
