@@ -7,7 +7,9 @@ largest (docs/how_to/studio.md).
 """
 
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -52,15 +54,22 @@ def coarse(design: Design) -> Design:
 
 def flat_scene(press: Press) -> Scene:
     """The object: a plane, at the press's friction."""
-    row = (press.approach or 1e-3, press.shear)
-    return Scene.model_validate(
-        {"object": {"friction_coefficient": press.friction}, "path": {"increments_mm": [row]}}
-    )
+    path = {"increments_mm": [(press.approach or 1e-3, press.shear)]}
+    rigid = {"friction_coefficient": press.friction}
+    return Scene.model_validate({"object": rigid, "path": path})
 
 
-def zone_for(design: Design, press: Press, reach: float) -> Zone:
-    """Contact candidates for all approaches up to ``reach`` (mm)."""
-    return candidate_zone(design, flat_scene(press).object, reach)
+def _answer(
+    design: Design, press: Press, reach: float, condensed: Callable[[Zone], ContactProblem]
+) -> Numbers:
+    """The numbers of a finger that is condensed in a zone for all approaches to ``reach`` (mm)."""
+
+    def work(zone: Zone) -> Numbers:
+        problem = condensed(zone)
+        with one_thread():
+            return numbers_of(design, problem, press)
+
+    return in_wide_zone(design, candidate_zone(design, flat_scene(press).object, reach), work)
 
 
 @dataclass
@@ -80,11 +89,8 @@ class Engine:
         if faults := plane_strain_faults(design):
             raise DesignError(faults, design.design.name)
 
-        def work(zone: Zone) -> Numbers:
-            with one_thread():
-                return numbers_of(design, self._problem(design, press, zone), press)
-
-        return in_wide_zone(design, zone_for(design, press, self.reach), work)
+        with one_thread():
+            return _answer(design, press, self.reach, partial(self._problem, design, press))
 
     def _problem(self, design: Design, press: Press, zone: Zone) -> ContactProblem:
         """The condensed section, made where it is not cached; friction comes from the press."""
@@ -104,15 +110,11 @@ class Engine:
 
 def numbers_in_3d(design: Design, press: Press, reach: float) -> Numbers:
     """The answer in 3-D, by the mesh of grips; meshes and models are cached on disk."""
-    design = meshed_for_grips(design, "3d")
-    scene = flat_scene(press)
-    symmetric = mirrors_in_z(design)
+    design, scene = meshed_for_grips(design, "3d"), flat_scene(press)
 
-    def work(zone: Zone) -> Numbers:
-        mesh = make_mesh(design, "3d", zone, symmetric)
+    def condensed(zone: Zone) -> ContactProblem:
+        mesh = make_mesh(design, "3d", zone, mirrors_in_z(design))
         model = condense(design, mesh, zone, scene).reduced
-        with one_thread():
-            problem = problem_at_touch(model, scene.object, design.body)
-            return numbers_of(design, problem, press)
+        return problem_at_touch(model, scene.object, design.body)
 
-    return in_wide_zone(design, zone_for(design, press, reach), work)
+    return _answer(design, press, reach, condensed)

@@ -33,45 +33,29 @@ def tractions(now: Numbers, pinned: Numbers | None = None) -> Figure:
         _line(now.x, now.shear, "shear traction", "--vermilion", "dash"),
     ]
     if pinned is not None:
-        for values in (pinned.pressure, pinned.shear):
-            lines.insert(0, _beneath(pinned.x, values))
+        lines = [*(_beneath(pinned.x, each) for each in (pinned.shear, pinned.pressure)), *lines]
     touched = now.status_x[now.status > 0]
     reach = 1.25 * float(np.abs(touched).max()) if len(touched) else float(np.abs(now.x).max())
-    return _figure(
-        lines, "Tractions", "x (mm)", "MPa", xaxis={"range": [-reach, reach]}, showlegend=True
-    )
+    more = {"xaxis": {"range": [-reach, reach]}, "showlegend": True}
+    return _figure(lines, "Tractions", "x (mm)", "MPa", **more)
 
 
 def bars(now: Numbers, picked: int | None, pinned: Numbers | None = None) -> Figure:
     """Change of each gage by the shear, over its place; a click picks one."""
-    plates = np.arange(len(now.gage_x))
-    looks = ["--vermilion" if plate == picked else "--blue" for plate in plates]
-    data: list[Figure] = [
-        {
-            "type": "bar",
-            "x": plates.tolist(),
-            "y": round_values(now.signals),
-            "customdata": plates.tolist(),
-            "marker": {"color": looks},
-            "name": "now",
-            "hovertemplate": "plate %{x}: %{y} µε<extra></extra>",
-        }
-    ]
+    looks = ["--vermilion" if k == picked else "--blue" for k in range(len(now.gage_x))]
+    data = [{"type": "bar", "name": "now", "marker": {"color": looks}, **_signals(now, "plate")}]
     if pinned is not None:
-        other = np.arange(len(pinned.gage_x))
         marks = {"color": "--muted", "symbol": "line-ew-open", "size": 14}
-        data.append(
-            {
-                "mode": "markers",
-                "x": other.tolist(),
-                "y": round_values(pinned.signals),
-                "customdata": other.tolist(),
-                "marker": marks,
-                "name": "pinned",
-                "hovertemplate": "pinned, plate %{x}: %{y} µε<extra></extra>",
-            }
-        )
+        own = _signals(pinned, "pinned, plate")
+        data.append({"mode": "markers", "name": "pinned", "marker": marks, **own})
     return _figure(data, "Gages: change by the shear", "plate", "microstrain")
+
+
+def _signals(numbers: Numbers, name: str) -> Figure:
+    """The signals over the plates' numbers, and their words under the mouse."""
+    plates, hover = list(range(len(numbers.gage_x))), f"{name} %{{x}}: %{{y}} µε<extra></extra>"
+    signals = round_values(numbers.signals)
+    return {"x": plates, "y": signals, "customdata": plates, "hovertemplate": hover}
 
 
 def trace(now: Numbers, picked: int | None, pinned: Numbers | None = None) -> Figure:
@@ -84,17 +68,10 @@ def trace(now: Numbers, picked: int | None, pinned: Numbers | None = None) -> Fi
     lines[0]["mode"] = "lines+markers"
     if pinned is not None and picked < pinned.readings.shape[1]:
         lines.insert(0, _beneath(steps, pinned.readings[:, picked]))
-    shape = {
-        "type": "line",
-        "yref": "paper",
-        "y0": 0,
-        "y1": 1,
-        "x0": PRESSES + 0.5,
-        "x1": PRESSES + 0.5,
-        "line": {"color": "--muted", "width": 1, "dash": "dot"},
-    }
+    place = {"yref": "paper", "y0": 0, "y1": 1, "x0": PRESSES + 0.5, "x1": PRESSES + 0.5}
+    border = {"type": "line", **place, "line": {"color": "--muted", "width": 1, "dash": "dot"}}
     words = f"Gage of plate {picked}: pressed, then sheared"
-    return _figure(lines, words, "increment", "microstrain", shapes=[shape])
+    return _figure(lines, words, "increment", "microstrain", shapes=[border])
 
 
 def shape(design: Design) -> Figure | None:
@@ -111,13 +88,8 @@ def shape(design: Design) -> Figure | None:
 def _line(
     x: Array, y: Array, name: str, colour: str, dash: str = "solid", width: float = 2.0
 ) -> Figure:
-    return {
-        "mode": "lines",
-        "x": round_values(x),
-        "y": round_values(y),
-        "name": name,
-        "line": {"color": colour, "dash": dash, "width": width},
-    }
+    line = {"color": colour, "dash": dash, "width": width}
+    return {"mode": "lines", "x": round_values(x), "y": round_values(y), "name": name, "line": line}
 
 
 def _beneath(x: Array, y: Array) -> Figure:

@@ -148,14 +148,12 @@ class Page:
         """The verdicts on the present design; again where it has changed meanwhile."""
         while not (self.state.judging or self._search or self.session.is_judged()):
             moves, design = self._moves, self.session.design
-            with self.state as state:
-                state.judging = True
+            self._show(judging=True)
             try:
                 found: Any = await self._judge.call(judged, design, PLANE, time_s=_LIMIT_S[PLANE])
             except FingerDesignError as error:
                 found = str(error)
-            with self.state as state:
-                state.judging = False
+            self._show(judging=False)
             await self._do(self.session.store, design, PLANE, found)
             if moves != self._moves:
                 await asyncio.sleep(_JUDGE_S)
@@ -164,8 +162,7 @@ class Page:
         """3-D of the present state: the press, then the verdicts, where nothing was moved since."""
         session = self.session
         design, limit = session.design, _LIMIT_S[SPACE]
-        with self.state as state:
-            state.refining, state.note = True, ""
+        self._show(refining=True, note="")
         note = ""
         try:
             given = (design, session.press, session.engine.reach)
@@ -176,22 +173,19 @@ class Page:
                 await self._do(session.store, design, SPACE, view)
         except FingerDesignError as error:
             note = f"3-D: {error}" if moves == self._moves else ""
-        with self.state as state:
-            state.refining, state.note = False, note
+        self._show(refining=False, note=note)
 
     async def _searched(self, search: PassingSearch, most: int) -> None:
         """A search for a finger that passes: the controls follow the best so far."""
         self._changed()
         loop, design, note, shown = asyncio.get_running_loop(), self.session.design, "", None
-        with self.state as state:
-            state.searching = True
+        self._show(searching=True)
         await self._do(self.session.begin_search)
         begin = loop.time()
         running = loop.run_in_executor(self._searches, search.run, design, most)
         while not running.done():
             await asyncio.wait({running}, timeout=_LOOK_S)
-            with self.state as state:
-                state.elapsed = round(loop.time() - begin)
+            self._show(elapsed=round(loop.time() - begin))
             if search.progress() != shown:
                 shown = search.last
                 await self._do(self.session.follow, shown)
@@ -202,8 +196,7 @@ class Page:
         await self._do(self.session.follow, search.last)
         self._search = None
         self._moves += 1
-        with self.state as state:
-            state.searching, state.note = False, note
+        self._show(searching=False, note=note)
         await self._at_rest(self._moves)
 
     async def _watch(self) -> None:
@@ -213,16 +206,18 @@ class Page:
 
     async def _do(self, work: Callable[..., Shown], *given: Any) -> None:
         """One piece of the session's work, in its thread, then shown."""
-        loop = asyncio.get_running_loop()
-        shown = await loop.run_in_executor(self._thread, lambda: work(*given))
+        shown = await asyncio.get_running_loop().run_in_executor(self._thread, work, *given)
         if not shown:
             return
         numbers = self.session.numbers
+        deep = numbers is not None and numbers.dimension == 3
+        gages = 0 if numbers is None else len(numbers.gage_x)
+        self._show(**shown, deep=deep, gages=gages, stamp=self.state.stamp + 1)
+
+    def _show(self, **values: Any) -> None:
+        """Set values of the page, and send them."""
         with self.state as state:
-            state.update(shown)
-            state.deep = numbers is not None and numbers.dimension == 3
-            state.gages = 0 if numbers is None else len(numbers.gage_x)
-            state.stamp += 1
+            state.update(values)
 
     def _begin(self, work: Any) -> None:
         task = asyncio.get_running_loop().create_task(work)

@@ -74,16 +74,13 @@ class Session:
 
     def start(self) -> Shown:
         """Everything, for a page that opens."""
-        own = {"starts": list(shipped_names()), "trials": default_trials(self.design)}
-        return {**own, **self._replaced()}
+        trials = default_trials(self.design)
+        return {"starts": list(shipped_names()), "trials": trials, **self._replaced()}
 
     def move(self, values: Mapping[str, Any]) -> Shown:
         """Controls were moved: the new answer, in plane strain. Unknown keys are passed over."""
-        changed: dict[str, Value] = {}
-        for each in self.sliders:
-            found = each.allowed(values.get(each.key))
-            if found is not None and found != self.values[each.key]:
-                changed[each.key] = found
+        given = {each.key: each.allowed(values.get(each.key)) for each in self.sliders}
+        changed = {k: v for k, v in given.items() if v is not None and v != self.values[k]}
         if changed:
             self._record(frozenset(changed))
             self.values |= changed
@@ -186,13 +183,8 @@ class Session:
             self.design = self.document.design()
             self._renew(fresh)
         found = self.answer()
-        return {
-            **found,
-            "name": self.design.design.name,
-            "file": str(self.document.path),
-            "values": dict(self.values),
-            "note": "",
-        }
+        own = {"name": self.design.design.name, "file": str(self.document.path)}
+        return {**found, **own, "values": dict(self.values), "note": ""}
 
     def _renew(self, fresh: bool = False) -> None:
         """Make the controls of the present design; values of the object stay between the ends."""
@@ -257,12 +249,9 @@ class Session:
             changed = self.document.changed()
         except DesignError as error:
             return self._refused([f"the file: {fault}" for fault in error.faults])
+        mended, self._file_faults = bool(self._file_faults), []
         if not changed:
-            if not self._file_faults:
-                return {}
-            self._file_faults = []  # mended, and as it was before
-            return self.answer()
-        self._file_faults = []
+            return self.answer() if mended else {}  # it is as it was before
         self.history.record(before)
         self.numbers, self.picked = None, None
         return self._replaced() | {"note": "the file has changed: taken over"}
@@ -317,8 +306,7 @@ class Session:
         """List the changes since the pin: "plate angle 45 to 30 °, friction 0.5 to 0.3"."""
         if self.pinned is None:
             return ""
-        was = self.pinned.values
-        now = self.values
+        was, now = self.pinned.values, self.values
         changed = [
             f"{each.label} {_short(was[key])} → {_short(now[key])} {each.unit}".strip()
             for each in self.sliders
@@ -330,11 +318,11 @@ class Session:
         """The verdicts on the present design, and changes that help."""
         view, digest = self.view(), self.design.digest()
         words = self._views.get((digest, PLANE), "")
-        found: Shown = {"verdicts": [], "fixes": [], "judged": "", "summary": ""}
         if view is None:
+            found: Shown = {"verdicts": [], "fixes": [], "judged": "", "summary": ""}
             return found | {"unjudged": words if isinstance(words, str) else ""}
         return {
-            "verdicts": [{**asdict(each), "sign": each.sign} for each in view.verdicts],
+            "verdicts": _verdicts(view),
             "fixes": [
                 {"change": each.change, "effect": each.effect}
                 for each in view.fixes
@@ -350,16 +338,14 @@ def _search_data(progress: Progress | None) -> Shown | None:
     """A search for the page."""
     if progress is None:
         return None
-    view = progress.view
-    return {
-        "message": progress.message,
-        "conflict": progress.conflict,
-        "model": "" if view is None else view.fidelity,
-        "summary": "" if view is None else view.summary,
-        "verdicts": []
-        if view is None
-        else [{**asdict(each), "sign": each.sign} for each in view.verdicts],
-    }
+    found: Shown = {"message": progress.message, "conflict": progress.conflict}
+    if (view := progress.view) is None:
+        return found | {"model": "", "summary": "", "verdicts": []}
+    return found | {"model": view.fidelity, "summary": view.summary, "verdicts": _verdicts(view)}
+
+
+def _verdicts(view: VerdictView) -> list[Shown]:
+    return [{**asdict(each), "sign": each.sign} for each in view.verdicts]
 
 
 def _short(value: Value) -> str:
