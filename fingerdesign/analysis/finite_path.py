@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
-from fingerdesign.analysis.path import PathStopped, increment_result, object_at_touch, targets
+from fingerdesign.analysis.path import all_steps, object_at_touch, targets
 from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.increment import ZoneExhausted
@@ -20,7 +20,7 @@ from fingerdesign.contact.path import Step, row_ends, with_slip_of_row
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.finite.body import finite_body
 from fingerdesign.fem.finite.facing import Facing, facing
@@ -87,8 +87,7 @@ def finite_readings(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> Fin
 def finite_steps(design: Design, at_rest: CondensedBody, scene: Scene) -> list[FiniteRow]:
     """One step a row of the scene's path; at_rest: the finger condensed at small strain.
 
-    Raises ZoneExhausted where the candidates do not reach far enough, and PathStopped where a row
-    has no answer.
+    Errors as of :func:`~fingerdesign.analysis.path.all_steps`.
     """
     mesh = at_rest.body.mesh
     lines = gage_lines(mesh, plate_frames(design), design.gages, design.gage_weights)
@@ -97,19 +96,11 @@ def finite_steps(design: Design, at_rest: CondensedBody, scene: Scene) -> list[F
     face = facing(
         body, object_at_touch(scene.object, design.body), scene.object.friction_coefficient
     )
-    rows: list[FiniteRow] = []
-    path = scene.path
-    try:
-        for row in _follow(face, targets(path), path.substeps):
-            strains = lines.strains(body.system.displacement(row.past.values))
-            rows.append(_read(face, row, strains))
-    except ZoneExhausted:
-        raise
-    except SolverError as error:
-        where = f"row {len(rows) + 1} of {len(path.rows)} ({path.key}[{len(rows)}])"
-        solved = tuple(increment_result(row, design.gages.face) for row in rows)
-        raise PathStopped(f"{where}: {error}", solved) from error
-    return rows
+    rows = (
+        _read(face, row, lines.strains(body.system.displacement(row.past.values)))
+        for row in _follow(face, targets(scene.path), scene.path.substeps)
+    )
+    return all_steps(rows, scene.path, design.gages.face)
 
 
 def finite_faults(design: Design, scene: Scene) -> list[Fault]:

@@ -1,6 +1,7 @@
 """The scene's path, followed row by row; solved rows are recorded where a later one fails."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Plane, RigidObject, touching
 
 MICRO = 1e6  # microstrain of a strain of one
+Solved = TypeVar("Solved", bound=Step)
 
 
 def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
@@ -142,12 +144,27 @@ class PathStopped(SolverError):
         self.increments = increments
 
 
-def follow_path(problem: ContactProblem, scene: Scene, design: Design) -> list[Step]:
+def all_steps(steps: Iterable[Solved], path: ScenePath, face: str) -> list[Solved]:
     """One step a row. Raises ZoneExhausted where the candidates do not reach far enough, and
-    PathStopped where a row has no accepted answer or leads farther than small strains allow."""
-    path, steps, face = scene.path, list[Step](), design.gages.face
-    most = MOST_MOTION * float(crest_height(design.body))
+    PathStopped where a row has no accepted answer."""
+    found: list[Solved] = []
     try:
+        found.extend(steps)  # those before an error stay
+    except ZoneExhausted:
+        raise
+    except SolverError as error:
+        where = f"row {len(found) + 1} of {len(path.rows)} ({path.key}[{len(found)}])"
+        solved = tuple(increment_result(step, face) for step in found)
+        raise PathStopped(f"{where}: {error}", solved) from error
+    return found
+
+
+def follow_path(problem: ContactProblem, scene: Scene, design: Design) -> list[Step]:
+    """One step a row. Errors as of :func:`all_steps`; PathStopped also where a row leads farther
+    than small strains allow."""
+    path, most = scene.path, MOST_MOTION * float(crest_height(design.body))
+
+    def steps() -> Iterator[Step]:
         for step in follow(problem, targets(path), substeps=path.substeps):
             motion = step.increment.motion
             if max(abs(motion.approach), abs(motion.shear)) > most:  # as of prescribed ones
@@ -155,11 +172,6 @@ def follow_path(problem: ContactProblem, scene: Scene, design: Design) -> list[S
                     f"the forces lead to {motion}: more than {most:.4g} mm, half of the finger's "
                     "height, where strains are small no more; ask for less force"
                 )
-            steps.append(step)
-    except ZoneExhausted:
-        raise
-    except SolverError as error:
-        where = f"row {len(steps) + 1} of {len(path.rows)} ({path.key}[{len(steps)}])"
-        solved = tuple(increment_result(step, face) for step in steps)
-        raise PathStopped(f"{where}: {error}", solved) from error
-    return steps
+            yield step
+
+    return all_steps(steps(), path, design.gages.face)

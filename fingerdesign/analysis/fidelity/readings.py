@@ -7,12 +7,12 @@ absolute, gage strains relative to the largest reading of their row.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.measures import Measures
+from fingerdesign.contact.path import Step
 from fingerdesign.control.signals import gage_readings
 
 MICRO = 1e6
@@ -59,15 +59,8 @@ class Readings:
         return replace(self, **every)
 
 
-class _Measured(Protocol):
-    """A solved increment, at small strain or at finite."""
-
-    @property
-    def measures(self) -> Measures: ...
-
-
-def readings_of(steps: Sequence[_Measured], face: str = "both") -> Readings:
-    """The readings of solved increments."""
+def readings_of(steps: Sequence[Step], face: str = "both") -> Readings:
+    """The readings of solved increments, at small strain or at finite."""
     found = [step.measures for step in steps]
     return Readings(
         np.array([each.normal_force for each in found]),
@@ -86,13 +79,12 @@ def errors(found: Readings, truth: Readings) -> dict[str, Array]:
         raise ValueError(f"paths of {found.rows} and {truth.rows} rows cannot be compared")
     right = truth.reading
     most = np.abs(right).max(axis=1, keepdims=True, initial=0.0)
-    normal = np.abs(truth.normal_force)
-    pull = np.abs(truth.tangential_force).max(initial=0.0)
-    pull = max(pull, NOT_PULLED * normal.max(initial=0.0))
+    normal, pull = np.abs(truth.normal_force), np.abs(truth.tangential_force)
+    most_pull = max(pull.max(initial=0.0), NOT_PULLED * normal.max(initial=0.0))
     widest = truth.contact_width.max(initial=0.0)
     return {
         "normal_force": _share(found.normal_force - truth.normal_force, normal),
-        "tangential_force": _share(found.tangential_force - truth.tangential_force, pull),
+        "tangential_force": _share(found.tangential_force - truth.tangential_force, most_pull),
         "contact_width": _share(found.contact_width - truth.contact_width, widest),
         "stick_ratio": np.abs(found.stick_ratio - truth.stick_ratio),
         "gage": _share(found.reading - right, most),
