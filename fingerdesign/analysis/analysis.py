@@ -36,6 +36,7 @@ from fingerdesign.mesh.files.imported import import_words
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
+from fingerdesign.records.base import values_of
 from fingerdesign.records.result import (
     ErrorEstimate,
     MeshSummary,
@@ -310,18 +311,13 @@ def study_summary(study: SlipStudy) -> SlipStudySummary:
     """Summary of a slip study in a result."""
     touching = np.isfinite(study.stick_ratio)
     responding = np.logical_or.accumulate(study.gage_area_mm > 0.0)
-    return SlipStudySummary(
-        friction_coefficient=study.friction_coefficient,
-        rank_correlation=study.rank_correlation,
-        rank_correlation_raw=study.rank_correlation_raw,
-        threshold_microstrain_per_N=study.threshold,
-        force_floor_N=study.force_floor_N,
-        step_correlation=study.step_correlation,
-        gage_area_mm=_range(study.gage_area_mm[responding]),
-        stick_length_mm=_range(study.stick_length_mm[touching]),
-        points=len(study.stick_ratio),
-        rank_by_share=study.rank_by_share,
-    )
+    own = {
+        "threshold_microstrain_per_N": study.threshold,
+        "gage_area_mm": _range(study.gage_area_mm[responding]),
+        "stick_length_mm": _range(study.stick_length_mm[touching]),
+        "points": len(study.stick_ratio),
+    }
+    return SlipStudySummary(**values_of(SlipStudySummary, study, **own))
 
 
 def _range(values: Array) -> tuple[float, float]:

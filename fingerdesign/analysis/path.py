@@ -19,6 +19,7 @@ from fingerdesign.errors import SolverError
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.records.arrays import ContactHistory
+from fingerdesign.records.base import values_of
 from fingerdesign.records.result import GageResult, IncrementResult, PointStrain
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.shapes.objects import Plane, RigidObject, touching
@@ -82,39 +83,13 @@ def deepest(steps: Sequence[Step]) -> float:
 def increment_result(step: Step, face: str) -> IncrementResult:
     """One row of ``increments`` in result.json."""
     measures, increment = step.measures, step.increment
-    readings = gage_readings(measures.gages, face)
-    return IncrementResult(
-        approach_mm=increment.motion.approach,
-        shear_mm=increment.motion.shear,
-        normal_force_N=measures.normal_force,
-        tangential_force_N=measures.tangential_force,
-        contact_width_mm=measures.contact_width,
-        stick_ratio=measures.stick_ratio,
-        open_nodes=measures.open_nodes,
-        stick_nodes=measures.stick_nodes,
-        slip_nodes=measures.slip_nodes,
-        peak_pressure_MPa=measures.peak_pressure,
-        iterations=increment.iterations,
-        residual=increment.residual,
-        gages=tuple(
-            GageResult(
-                plate,
-                upper=float(upper),
-                lower=float(lower),
-                membrane=float(0.5 * (upper + lower)),
-                bending=float(0.5 * (upper - lower)),
-                reading=float(reading),
-            )
-            for plate, ((upper, lower), reading) in enumerate(
-                zip(measures.gages * MICRO, readings, strict=True)
-            )
-        ),
-        points=tuple(PointStrain(*map(float, strain)) for strain in measures.points * MICRO),
-        shear_z_mm=increment.motion.shear_z,
-        twist_deg=increment.motion.twist_deg,
-        force_z_N=measures.force_z,
-        twist_moment_Nmm=measures.twist_moment,
-    )
+    upper, lower = MICRO * measures.gages.T
+    columns = (upper, lower, 0.5 * (upper + lower), 0.5 * (upper - lower))
+    read = np.column_stack([*columns, gage_readings(measures.gages, face)]).tolist()
+    gages = tuple(GageResult(plate, *row) for plate, row in enumerate(read))
+    points = tuple(PointStrain(*strain) for strain in (MICRO * measures.points).tolist())
+    sources = (measures, increment.motion, increment)
+    return IncrementResult(**values_of(IncrementResult, *sources, gages=gages, points=points))
 
 
 def contact_history(problem: ContactProblem, steps: Sequence[Step]) -> ContactHistory:

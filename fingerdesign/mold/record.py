@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib import metadata
@@ -26,7 +25,7 @@ from fingerdesign.mold.products.hours import HoursData, hours_of
 from fingerdesign.mold.products.notes import warnings_of
 from fingerdesign.mold.profile import ladders_of
 from fingerdesign.mold.ready import sensor_of
-from fingerdesign.records.base import Count, Size, closed, plain
+from fingerdesign.records.base import Count, Size, closed, plain, values_of
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.version import __version__, versions
 
@@ -353,21 +352,6 @@ def mold_digest(design: Design) -> str:
     """SHA-256 over the finger, its [mold] table and this package's version, in hexadecimal."""
     table = json.dumps(design.mold.model_dump(mode="json"), sort_keys=True)
     return hashlib.sha256("\n".join((design.digest(), table, __version__)).encode()).hexdigest()
-
-
-def values_of(kind: type, source: object, **given: Any) -> dict[str, Any]:
-    """A record of a kind: what is given, and of the rest what ``source`` has under the key's name
-    or, in the key's unit, under its name without it.
-
-    >>> from fingerdesign.mold.plan.pieces import BaseHole
-    >>> values_of(HoleData, BaseHole("gate", 1.0, 2.0, 3.0, 4.0))["x_mm"]
-    1.0
-    """
-    found = {}
-    for key in kind.__annotations__:
-        name = key if hasattr(source, key) else re.sub("_(mm[23]?|cm3)$", "", key)
-        found[key] = given[key] if key in given else getattr(source, name)
-    return found
 
 
 def _part(part: PartMesh, number: int, files: list[str]) -> dict[str, Any]:

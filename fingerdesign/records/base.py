@@ -15,6 +15,7 @@ import csv
 import io
 import json
 import math
+import re
 from collections.abc import Iterable
 from dataclasses import asdict, is_dataclass
 from importlib import import_module
@@ -69,11 +70,29 @@ SCHEMAS = {
 closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others
 strict = with_config(ConfigDict(extra="forbid", strict=True))  # nor another type for a value
 DATA = Path(__file__).resolve().parents[1] / "data"
+_UNIT = re.compile("_(mm[23]?|cm3|N|Nmm|MPa)$")
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 class ResultError(FingerDesignError):
     """A result cannot be written: it holds a value that is no number, or the folder is not ours."""
+
+
+def values_of(kind: type, *sources: object, **given: Any) -> dict[str, Any]:
+    """The values of a record's keys: those given, and of the rest what the first source that has it
+    has under the key's name or, in the key's unit, under its name without it.
+
+    >>> from types import SimpleNamespace
+    >>> class Moved: shear_mm: float; rows: int
+    >>> values_of(Moved, SimpleNamespace(shear=0.2, rows=9), rows=3)
+    {'shear_mm': 0.2, 'rows': 3}
+    """
+    found = {}
+    for key in kind.__annotations__:
+        pairs = ((source, name) for source in sources for name in (key, _UNIT.sub("", key)))
+        own = (getattr(source, name) for source, name in pairs if hasattr(source, name))
+        found[key] = given[key] if key in given else next(own)
+    return found
 
 
 def plain(value: Any, key: str = "", decimals: int | None = None) -> Any:
