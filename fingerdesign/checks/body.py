@@ -78,32 +78,24 @@ def _core_faults(body: Body) -> list[Fault]:
     core = body.core
     if core is None or not sound_outline(body):
         return []
-    faults = []
-    for name, extent, outer in (
-        ("width_mm", core.width_mm, body.width_mm),
-        ("depth_mm", core.depth_mm, body.depth_mm),
-    ):
-        key = f"body.core.{name}"
-        if extent is None:
-            continue
+    stages = (_skin_faults, _whole_section, _round_core, _core_top, _core_in_step)
+    return next(filter(None, (find(body, core) for find in stages)), [])
+
+
+def _skin_faults(body: Body, core: Core) -> list[Fault]:
+    """A core that leaves a skin of rubber too thin to cast next to it, or below it."""
+    faults, why = [], f"a skin below {LEAST_CLEARANCE_MM} mm cannot be cast"
+    for name in ("width_mm", "depth_mm"):
+        extent, outer = getattr(core, name), getattr(body, name)
         inner = outer - 2.0 * LEAST_CLEARANCE_MM
-        if extent > inner + 1e-9 and extent != outer:
+        if extent is not None and extent > inner + 1e-9 and extent != outer:
             bound = f"body.{name} = {outer:g} or at most {inner:g}"
-            why = (
-                f"a skin below {LEAST_CLEARANCE_MM} mm cannot be cast; lower it to {at_most(inner)}"
-            )
-            faults.append(Fault(key, extent, bound, why))
+            remedy = f"{why}; lower it to {at_most(inner)}"
+            faults.append(Fault(f"body.core.{name}", extent, bound, remedy))
     if 0.0 < core.bottom_mm < LEAST_CLEARANCE_MM - 1e-9:
         bound = f"0 (it is on the base) or at least {LEAST_CLEARANCE_MM}"
-        remedy = f"a skin below {LEAST_CLEARANCE_MM} mm cannot be cast"
-        faults.append(Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy))
-    return (
-        faults
-        or _whole_section(body, core)
-        or _round_core(body, core)
-        or _core_top(body, core)
-        or _core_in_step(body, core)
-    )
+        faults.append(Fault("body.core.bottom_mm", core.bottom_mm, bound, why))
+    return faults
 
 
 def _whole_section(body: Body, core: Core) -> list[Fault]:

@@ -112,21 +112,16 @@ def judge_data(data: dict[str, Any], folder: Path | None = None) -> Judged[Desig
     if keys or found.value is None:
         return Judged(None, keys)
     design = found.value if body_faults(found.value.body) else followed(found.value)
-    return Judged(design, distinct(design_faults(design) + _assumed_faults(design)))
+    return Judged(design, distinct([*design_faults(design), *_assumed_faults(design)]))
 
 
-def _assumed_faults(design: Design) -> list[Fault]:
-    faults: list[Fault] = []
-    if not design.assumed:
-        return faults
-    known = set(_keys_in(design.model_dump(mode="json")))
+def _assumed_faults(design: Design) -> Iterator[Fault]:
+    known = set(_keys_in(design.model_dump(mode="json"))) if design.assumed else set()
     for index, key in enumerate(design.assumed):
         if key not in known:
             near = get_close_matches(key, known, 1, 0.6)
             remedy = f"did you mean '{near[0]}'?" if near else "remove it"
-            bound = "the dotted key of a value"
-            faults.append(Fault(f"assumed[{index}]", shown(key), bound, remedy))
-    return faults
+            yield Fault(f"assumed[{index}]", shown(key), "the dotted key of a value", remedy)
 
 
 def _keys_in(values: dict[str, Any]) -> Iterator[str]:
@@ -134,6 +129,5 @@ def _keys_in(values: dict[str, Any]) -> Iterator[str]:
     for name, value in leaves(values):
         yield name
         for index, row in enumerate(value if isinstance(value, list) else ()):
-            yield from (
-                (f"{name}[{index}].{key}" for key in _keys_in(row)) if isinstance(row, dict) else ()
-            )
+            keys = _keys_in(row) if isinstance(row, dict) else ()
+            yield from (f"{name}[{index}].{key}" for key in keys)

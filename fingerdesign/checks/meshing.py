@@ -8,37 +8,35 @@ from fingerdesign.layout.row_keys import plate_rows
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.runtime.registry import MESHERS
 
+_SPACE = "take --fidelity 3d"
+
 
 def mesh_faults(design: Design) -> list[Fault]:
     """Find a mesher that cannot mesh the design, and element sizes that contradict each other."""
-    faults = []
-    mesh = design.mesh
+    mesh, faults = design.mesh, _sheet_faults(design)
     why = MESHERS.find(mesh.mesher, "mesh.mesher").made.why_not(design)
     if why is not None:
         bound = f"'tetwild' for a finger that cannot be {why}"
-        remedy = "set mesh.mesher = 'tetwild'"
-        faults.append(Fault("mesh.mesher", mesh.mesher, bound, remedy))
-    faults += _sheet_faults(design)
+        faults.insert(0, Fault("mesh.mesher", mesh.mesher, bound, "set mesh.mesher = 'tetwild'"))
     for prefix, sizes in (("mesh", mesh), ("mesh.section", mesh.section)):
         if sizes.contact_size_mm > sizes.far_size_mm:
             bound = f"at most {prefix}.far_size_mm = {sizes.far_size_mm:g}"
-            remedy = "lower it: far_size_mm is the largest size anywhere"
             key = f"{prefix}.contact_size_mm"
+            remedy = "lower it: far_size_mm is the largest size anywhere"
             faults.append(Fault(key, sizes.contact_size_mm, bound, remedy))
     return faults
 
 
 def _sheet_faults(design: Design) -> list[Fault]:
     """Find plates as sheets that are not flat or whole, or whose elements do not bend."""
-    plates = design.plates
-    if plates.model != "sheet" or not plates.number:
+    if design.plates.model != "sheet" or not design.plates.number:
         return []
-    faults = []
+    faults = tetwild_faults(design, False) if sound_outline(design.body) else []
     if design.mesh.element == "P1":
         bound = "'auto', 'P2' or 'mixed' for plates as sheets"
         remedy = "linear elements do not bend; leave mesh.element out"
-        faults.append(Fault("mesh.element", "P1", bound, remedy))
-    return faults + (tetwild_faults(design, False) if sound_outline(design.body) else [])
+        faults.insert(0, Fault("mesh.element", "P1", bound, remedy))
+    return faults
 
 
 def tetwild_faults(design: Design, symmetric: bool) -> list[Fault]:
@@ -47,8 +45,7 @@ def tetwild_faults(design: Design, symmetric: bool) -> list[Fault]:
     if design.plates.model != "sheet":
         return []
     for frame in plate_frames(design):
-        why = not_a_sheet(frame, half=symmetric)
-        if why is not None:
+        if (why := not_a_sheet(frame, half=symmetric)) is not None:
             bound = f"'solid' or 'none' for plate {frame.index}: {why}"
             return [Fault("plates.model", "sheet", bound, "set plates.model = 'solid'")]
     return []
@@ -63,19 +60,17 @@ def plane_strain_faults(design: Design) -> list[Fault]:
     """
     if design.body.shape == "step":
         bound = "a parametric shape for plane strain: a STEP body's section is not taken"
-        return [Fault("body.shape", "step", bound, "take --fidelity 3d")]
+        return [Fault("body.shape", "step", bound, _SPACE)]
     faults: dict[str, Fault] = {}
     for row in plate_rows(design):
         if row.table.along == "z":
             bound = "'x' for plane strain: the section z = 0 shows no plate along z"
-            key = row.key("along")
-            faults.setdefault(key, Fault(key, "z", bound, "take --fidelity 3d"))
+            faults.setdefault(row.key("along"), Fault(row.key("along"), "z", bound, _SPACE))
             continue
-        missed = [frame.index for frame in row.frames if not frame.low < 0.0 < frame.high]
-        if missed:
+        if missed := [frame.index for frame in row.frames if not frame.low < 0.0 < frame.high]:
             name = "stagger_mm" if row.table.stagger_mm else "span_offset_mm"
-            key, value = row.key(name), row.value(name)
-            bound = "such that the section z = 0 cuts every plate, for plane strain"
-            reported = f"{bound} (it misses plate {missed[0]})"
-            faults.setdefault(key, Fault(key, value, reported, "take --fidelity 3d"))
+            missing = f"(it misses plate {missed[0]})"
+            bound = f"such that the section z = 0 cuts every plate, for plane strain {missing}"
+            found = Fault(row.key(name), row.value(name), bound, _SPACE)
+            faults.setdefault(found.key, found)
     return list(faults.values())

@@ -24,6 +24,8 @@ from fingerdesign.layout.gaps import flat_corners
 from fingerdesign.layout.row_keys import PlateRow, plate_rows
 from fingerdesign.layout.rows import row_frames
 
+_INWARD = "move the plates inward"
+
 
 def limits(body: Body, row: PlateRow) -> tuple[str, str, float, str, str, float]:
     """Return axis, key and half-extent of the body along the row, then across it."""
@@ -105,10 +107,8 @@ def side_findings(design: Design, row: PlateRow) -> list[Misplacement]:
         f"such that plates stay {LEAST_CLEARANCE_MM} mm inside |{axis}| = {half:g} "
         f"(plate {frame.index} reaches {reported})"
     )
-    over = float(min(reach[worst], 1e6)) - allowed
-    return [
-        Misplacement(key, value, bound, over, changes, "move the plates inward or shorten them")
-    ]
+    over, otherwise = float(min(reach[worst], 1e6)) - allowed, f"{_INWARD} or shorten them"
+    return [Misplacement(key, value, bound, over, changes, otherwise)]
 
 
 def end_findings(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
@@ -146,7 +146,7 @@ def end_findings(design: Design, row: PlateRow, number: int) -> list[Misplacemen
         f"such that plates end at |{axis}| = {half:g} or {LEAST_CLEARANCE_MM} mm inside it "
         f"(plate {frame.index}: {frame.low:.4g} to {frame.high:.4g}): a thinner skin cannot be cast"
     )
-    otherwise = "move the plates inward"
+    otherwise = _INWARD
     room = half - LEAST_CLEARANCE_MM
     if name == "span_mm":
         otherwise = f"lower {key} to at most {at_most(2.0 * room)}"
@@ -157,23 +157,17 @@ def end_findings(design: Design, row: PlateRow, number: int) -> list[Misplacemen
 
 def _excess(low: float, high: float, half: float) -> float:
     """Return the length by which a span's ends are out of bounds, mm; 0: they are inside."""
-    worst = 0.0
-    for end in (-low, high):
-        if end > half + CLOSE or half - LEAST_CLEARANCE_MM + CLOSE < end < half - CLOSE:
-            worst = max(worst, end - half + LEAST_CLEARANCE_MM)
-    return worst
+    inner = half - LEAST_CLEARANCE_MM
+    thin = [e for e in (-low, high) if e > half + CLOSE or inner + CLOSE < e < half - CLOSE]
+    return max((end - half + LEAST_CLEARANCE_MM for end in thin), default=0.0)
 
 
 def _span_culprit(row: PlateRow, half: float) -> str:
     """Name the row's key to blame for spans that leave the body."""
-    span, offset, stagger = (
-        row.frames[0].span,
-        abs(row.table.span_offset_mm),
-        0.5 * abs(row.table.stagger_mm),
-    )
-    if span > 2.0 * half - 2.0 * LEAST_CLEARANCE_MM + CLOSE and (
-        row.table.span_mm is not None or not offset + stagger
-    ):
+    span, table = row.frames[0].span, row.table
+    offset, stagger = abs(table.span_offset_mm), 0.5 * abs(table.stagger_mm)
+    wide = span > 2.0 * half - 2.0 * LEAST_CLEARANCE_MM + CLOSE
+    if wide and (table.span_mm is not None or not offset + stagger):
         return "span_mm"
     if offset and _excess(0.0, 0.5 * span + stagger, half) == 0.0:
         return "span_offset_mm"
@@ -284,8 +278,7 @@ def _cover(design: Design, number: int) -> list[Misplacement]:
         f"such that plates lie {LEAST_CLEARANCE_MM} mm below the contact surface "
         f"(plate {frame.index}: {reported})"
     )
-    over = LEAST_CLEARANCE_MM - distance
-    return [Misplacement(key, value, bound, over, changes, "move the plates inward")]
+    return [Misplacement(key, value, bound, LEAST_CLEARANCE_MM - distance, changes, _INWARD)]
 
 
 def _base(design: Design, row: PlateRow) -> list[Misplacement]:

@@ -1,5 +1,7 @@
 """Faults of plates and gages by themselves: slender, bent gently, perforated clear of the gage."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from fingerdesign.design.faults import at_least, at_most
@@ -51,14 +53,13 @@ def _bent(row: PlateRow) -> list[Fault]:
     sharpest = min(radii)
     if sharpest >= least - 1e-9:
         return []
-    key, cover = row.key("cover_mm"), table.cover_mm
     bound = (
         f"such that plates are bent to a radius of {least:.4g} mm at least "
         f"({LEAST_BEND:g} thicknesses, {MOST_BEND_DEG:g} degrees in all; now {sharpest:.4g})"
     )
-    lowered = cover - (least - sharpest)
+    lowered = table.cover_mm - (least - sharpest)
     remedy = f"lower it to at most {at_most(lowered)}" if lowered > 0.01 else "shorten the plates"
-    return [Fault(key, cover, bound, remedy)]
+    return [Fault(row.key("cover_mm"), table.cover_mm, bound, remedy)]
 
 
 def _holes(design: Design, row: PlateRow) -> list[Fault]:
@@ -79,9 +80,8 @@ def _holes(design: Design, row: PlateRow) -> list[Fault]:
     frame = row.frames[0]
     if not frame.holes:
         widest = 2.0 * (0.5 * frame.span - 1.5 * diameter)
-        bound = (
-            f"such that holes fit into the span of {frame.span:g}: a hole's diameter from its ends"
-        )
+        span = f"the span of {frame.span:g}"
+        bound = f"such that holes fit into {span}: a hole's diameter from its ends"
         remedy = "lower plates.hole_diameter_mm or leave it out"
         if widest >= diameter + LEAST_METAL_MM:
             remedy = f"lower it to at most {at_most(widest)}"
@@ -121,7 +121,7 @@ def gage_faults(design: Design) -> list[Fault]:
         bound = f"within -{reach:g} ... {reach:g}, so that the gage lies on the plate"
         remedy = f"move it toward 0, narrow the gage or raise {key}"
         faults.append(Fault("gages.z_mm", gages.z_mm, bound, remedy))
-    return faults + _lead_faults(design) + _bridge_faults(design) + _pair_faults(design)
+    return [*faults, *_lead_faults(design), *_bridge_faults(design), *_pair_faults(design)]
 
 
 def _lead_faults(design: Design) -> list[Fault]:
@@ -155,23 +155,21 @@ def _bridge_faults(design: Design) -> list[Fault]:
     return [Fault("gages.bridge", gages.bridge, bound, remedy)]
 
 
-def _pair_faults(design: Design) -> list[Fault]:
+def _pair_faults(design: Design) -> Iterator[Fault]:
     """Find two plates of one bridge that do not lie at opposite angles in one row."""
     if design.gages.grid != "double_axial":
-        return []
-    faults = []
+        return
     for row in plate_rows(design):
         first, last = row.frames[0].index, row.frames[-1].index
         if len(row.frames) % 2:
             bound = f"'axial' or 'tee' for a row of {len(row.frames)} plates ({first} to {last})"
             remedy = f"give the row an even number of plates ({row.key('count')})"
-            faults.append(Fault("gages.grid", "double_axial", bound, remedy))
+            yield Fault("gages.grid", "double_axial", bound, remedy)
         for one, two in zip(row.frames[::2], row.frames[1::2], strict=False):
             slopes = np.sin(np.radians([2.0 * one.angle_deg, 2.0 * two.angle_deg]))
             if slopes[0] * slopes[1] > -_LEAST_SLOPE:
                 angles = f"{one.angle_deg:.4g} and {two.angle_deg:.4g} degrees"
                 bound = f"'axial' or 'tee' for plates {one.index} and {two.index} at {angles}"
                 remedy = "give a pair opposite angles: plates.alternate = true, or plates.placement"
-                faults.append(Fault("gages.grid", "double_axial", bound, remedy))
+                yield Fault("gages.grid", "double_axial", bound, remedy)
                 break
-    return faults
