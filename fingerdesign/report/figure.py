@@ -39,10 +39,12 @@ def round_values(values: Any) -> list[float | int | None]:
 
 def number(value: float | None) -> float | int | None:
     """A number to DIGITS significant digits; None where it is no number."""
-    if value is None or not math.isfinite(value):
-        return None
-    near = float(f"{value:.{DIGITS}g}")
-    return int(near) if near == int(near) else near
+    return None if value is None else _whole(float(f"{value:.{DIGITS}g}"))
+
+
+def _whole(value: float) -> float | int | None:
+    """A whole number without its point; None where it is no number."""
+    return None if not math.isfinite(value) else int(value) if value == int(value) else value
 
 
 @dataclass(frozen=True)
@@ -99,11 +101,8 @@ def places(points: Array) -> Figure:
 
 def micrometres(values: Any) -> list[float | None]:
     """Lengths in mm to micrometres; None where there is no number; whole ones without a point."""
-    found = []
-    for value in np.asarray(values, dtype=float).tolist():
-        near = round(value, _MICRO) if np.isfinite(value) else None
-        found.append(int(near) if near is not None and near == int(near) else near)
-    return found
+    near = [round(value, _MICRO) for value in np.asarray(values, dtype=float).tolist()]
+    return [_whole(value) for value in near]
 
 
 def triangles_of(solids: Iterable[Any]) -> Triangles:
@@ -199,11 +198,8 @@ def panels(drawn: Sequence[Panel], columns: int) -> Figure:
     """Panels in rows, with one legend below that names each line once."""
     rows, data, named = -(-len(drawn) // columns), [], set[str]()
     layout: Figure = {"template": LOOKS["template"], "height": 70 + 250 * rows, "showlegend": True}
-    layout["margin"] = {"l": 62, "r": 14, "t": 34, "b": 92}
-    layout |= {
-        "annotations": [],
-        "legend": {"orientation": "h", "y": -0.24 / rows, "yanchor": "top"},
-    }
+    legend = {"orientation": "h", "y": -0.24 / rows, "yanchor": "top"}
+    layout |= {"margin": {"l": 62, "r": 14, "t": 34, "b": 92}, "annotations": [], "legend": legend}
     wide, high = (1.0 + 0.14) / columns, (1.0 + 0.34) / rows
     for k, panel in enumerate(drawn):
         row, column = divmod(k, columns)
@@ -219,12 +215,8 @@ def panels(drawn: Sequence[Panel], columns: int) -> Figure:
         layout["annotations"].append({"text": f"<b>{panel.title}</b>", **place, "showarrow": False})
         for look, (name, xs, ys) in zip(panel.looks, panel.lines, strict=False):
             own = LOOKS["series"][look]
-            trace: Figure = {
-                "x": round_values(xs),
-                "y": round_values(ys),
-                "name": name,
-                "legendgroup": name,
-            }
+            trace: Figure = {"x": round_values(xs), "y": round_values(ys)}
+            trace |= {"name": name, "legendgroup": name}
             trace |= {"xaxis": f"x{number}", "yaxis": f"y{number}", "showlegend": name not in named}
             trace["mode"] = "lines+markers" if panel.marked else "lines"
             trace["hovertemplate"] = f"{name}<br>{panel.across}: %{{x}}<br>{panel.up}: %{{y}}"

@@ -8,7 +8,7 @@ import gzip
 import hashlib
 import re
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
@@ -161,11 +161,16 @@ def joined(html: str) -> str:
     >>> joined("<p>9.7 % of 3 mm</p><code>9.7 %</code>").replace("\\xa0", "_")
     '<p>9.7_% of 3_mm</p><code>9.7 %</code>'
     """
+    return _with_texts(html, partial(_UNIT.sub, "\xa0"))
+
+
+def _with_texts(html: str, change: Callable[[str], str]) -> str:
+    """The HTML with its texts changed, what is between the tags."""
     parts, place = [], 0
     for tag in _TAGS.finditer(html):
-        parts += [_UNIT.sub("\xa0", html[place : tag.start()]), tag[0]]
+        parts += [change(html[place : tag.start()]), tag[0]]
         place = tag.end()
-    return "".join([*parts, _UNIT.sub("\xa0", html[place:])])
+    return "".join([*parts, change(html[place:])])
 
 
 @dataclass(frozen=True)
@@ -173,7 +178,7 @@ class Entry:
     """A term: its key, its names on pages, its meaning, and an SVG's inside where one helps."""
 
     key: str
-    names: tuple[str, ...]
+    names: Sequence[str]
     text: str
     sketch: str = ""
 
@@ -181,11 +186,7 @@ class Entry:
 @lru_cache
 def glossary() -> dict[str, Entry]:
     """Every entry of glossary.toml under each of its names, in lower case."""
-    text = (COMMON / "glossary.toml").read_text(encoding="utf-8")
-    entries = [
-        Entry(key, tuple(each["names"]), each["text"], each.get("sketch", ""))
-        for key, each in tomllib.loads(text).items()
-    ]
+    entries = [Entry(key, **each) for key, each in texts_of(COMMON / "glossary.toml").items()]
     return {name.lower(): entry for entry in entries for name in entry.names}
 
 
@@ -200,20 +201,9 @@ def term_pattern() -> re.Pattern[str]:
 
 def add_definitions(page: str) -> str:
     """The page with the first use of each term in <main> as a button that opens its definition."""
-    head, opening, rest = page.partition('<main id="main">')
-    inside, closing, foot = rest.partition("</main>")
-    used: dict[str, Entry] = {}
-    inside = "".join(_with_buttons(inside, used))
-    if not used:
-        return page
-    parts = _environment(COMMON, autoescape=True).get_template("parts.html.j2").module
-    shown = parts.show_definitions(sorted(used.values(), key=lambda each: each.key))
-    return head + opening + inside + str(shown) + closing + foot
-
-
-def _with_buttons(html: str, used: dict[str, Entry]) -> Iterator[str]:
-    """The parts of the HTML; the entries whose first name is a button now are added to ``used``."""
     from html import unescape
+
+    used: dict[str, Entry] = {}
 
     def button(match: re.Match[str]) -> str:
         entry = glossary()[unescape(match[1]).lower()]
@@ -222,12 +212,14 @@ def _with_buttons(html: str, used: dict[str, Entry]) -> Iterator[str]:
         used[entry.key] = entry
         return f'<button class="term" popovertarget="term-{entry.key}">{match[0]}</button>'
 
-    place = 0
-    for tag in _TAGS.finditer(html):
-        yield term_pattern().sub(button, html[place : tag.start()])
-        yield tag[0]
-        place = tag.end()
-    yield term_pattern().sub(button, html[place:])
+    head, opening, rest = page.partition('<main id="main">')
+    inside, closing, foot = rest.partition("</main>")
+    inside = _with_texts(inside, partial(term_pattern().sub, button))
+    if not used:
+        return page
+    parts = _environment(COMMON, autoescape=True).get_template("parts.html.j2").module
+    shown = parts.show_definitions(sorted(used.values(), key=lambda each: each.key))
+    return head + opening + inside + str(shown) + closing + foot
 
 
 @lru_cache
@@ -270,11 +262,10 @@ def paragraphs(template: Path, name: str, /, **values: Any) -> list[str]:
     White space is one blank. In TOML they are format strings: "{mu:g}".
     """
     if template.suffix == ".toml":
-        return [
-            " ".join(text.format(**values).split()) for text in texts_of(template)[name].values()
-        ]
-    text = str(getattr(macros(template), name)(**values))
-    return [" ".join(part.split()) for part in text.split("\n---\n")]
+        texts = [text.format(**values) for text in texts_of(template)[name].values()]
+    else:
+        texts = str(getattr(macros(template), name)(**values)).split("\n---\n")
+    return [" ".join(text.split()) for text in texts]
 
 
 def caption_drawing(
@@ -351,14 +342,13 @@ def pack(text: str) -> str:
 
 def digest(script: str) -> str:
     """A script's name in a content policy."""
-    found = hashlib.sha256(script.encode()).digest()
-    return f"'sha256-{base64.b64encode(found).decode('ascii')}'"
+    found = base64.b64encode(hashlib.sha256(script.encode()).digest())
+    return f"'sha256-{found.decode('ascii')}'"
 
 
 def content_policy(*scripts: str) -> str:
     """A policy under which a page loads nothing and runs only the scripts of these digests."""
-    allowed = " ".join(scripts)
     return (
         "default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
-        f"script-src {allowed}; base-uri 'none'; form-action 'none'"
+        f"script-src {' '.join(scripts)}; base-uri 'none'; form-action 'none'"
     )

@@ -42,11 +42,7 @@ COLOURS = {
     "paper": "#fefefd",
 }
 _NAMES = {colour: name for name, colour in COLOURS.items()}
-INK, MUTED, GRID, OPEN_COLOUR = (COLOURS[name] for name in ("ink", "muted", "grid", "open"))
-BLUE, VERMILION, GREEN, PURPLE = (
-    COLOURS[name] for name in ("blue", "vermilion", "green", "purple")
-)
-PAPER, BRONZE = COLOURS["paper"], COLOURS["bronze"]
+INK, MUTED, GRID, OPEN_COLOUR, BLUE, VERMILION, GREEN, PURPLE, BRONZE, PAPER = COLOURS.values()
 
 # The looks of series differ in colour, dashes and marker: a reader needs only one of the three.
 SERIES: tuple[tuple[str, Any, str], ...] = (
@@ -153,12 +149,10 @@ def inline_svg(text: str, key: str, alternative: str) -> str:
 
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    text = re.sub(r'\bid="', f'id="{key}-', text)
-    text = re.sub(r"url\(#", f"url(#{key}-", text)
-    text = re.sub(r'href="#', f'href="#{key}-', text)
+    text = re.sub(r'\bid="|url\(#|href="#', rf"\g<0>{key}-", text)
     text = text.replace("'DejaVu Sans'", "var(--figure-font, sans-serif)")
     text = re.sub(r"(stroke|fill): (#[0-9a-f]{6})", _variable, text)
-    text = re.sub(r'\b(stroke|fill)="(#[0-9a-f]{6})"', _variable_attribute, text)
+    text = re.sub(r'\b(stroke|fill)="(#[0-9a-f]{6})"', _variable, text)
     name = html.escape(alternative, quote=True)
     return re.sub(r"<svg ", f'<svg role="img" aria-label="{name}" ', text, count=1).strip()
 
@@ -209,11 +203,8 @@ def whole_numbers(most: int = 8) -> Locator:
 
 
 def _variable(match: re.Match[str]) -> str:
-    name = _NAMES.get(match[2])
-    return f"{match[1]}: var(--{name}, {match[2]})" if name else match[0]
-
-
-def _variable_attribute(match: re.Match[str]) -> str:
-    name = _NAMES.get(match[2])
+    if (name := _NAMES.get(match[2])) is None:
+        return match[0]
+    found = f"{match[1]}: var(--{name}, {match[2]})"
     # A presentation attribute cannot hold var(); a style can.
-    return f'style="{match[1]}: var(--{name}, {match[2]})"' if name else match[0]
+    return f'style="{found}"' if match[0].endswith('"') else found
