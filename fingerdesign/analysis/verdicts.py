@@ -32,12 +32,8 @@ CLEARLY = 0.1
 HUMAN_MARGIN = (1.2, 1.5)
 NOT_JUDGED = "plates are left out of the model"
 FIDELITY_WORDS = {"plane-strain": "plane strain", "3d": "3-D", "finite": "3-D, finite strain"}
-_QUANTITIES = {
-    "normal_force": "F_n",
-    "tangential_force": "F_t",
-    "stick_ratio": "stick ratio",
-    "gage": "gages",
-}
+_FORCES = {"normal_force": "F_n", "tangential_force": "F_t"}
+QUANTITIES = {**_FORCES, "stick_ratio": "stick ratio", "gage": "gages"}  # of errors
 _PRINTED = ("abs", "pla")  # A printer makes them, and nobody sells them as thin foil.
 _LEAST_PLATE_MPA = 1e3  # Softer materials of the library are rubbers.
 _LEAST_GAIN = 1.5  # A fix that gains less is not worth its line.
@@ -216,7 +212,7 @@ def _accuracy(ladder: LadderSummary) -> Verdict:
     """The estimated error of the model that --fidelity auto chose."""
     quantity, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
     status: Status = "pass" if ladder.reached else "fail"
-    number = f"within {two_digits(100.0 * worst)} % ({_QUANTITIES.get(quantity, quantity)})"
+    number = f"within {two_digits(100.0 * worst)} % ({QUANTITIES.get(quantity, quantity)})"
     return Verdict(status, "accuracy", number, f"target {100.0 * ladder.tolerance:g} %")
 
 

@@ -54,14 +54,10 @@ def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, report: Report) -
     if not isinstance(chosen, Solved) or chosen.built is None:
         raise SolverError("the ladder's choice holds no model")
     fidelity = "plane-strain" if chosen.model.dimension == "plane strain" else "3d"
-    summary = LadderSummary(
-        tolerance=ladder.tolerance,
-        reached=ladder.reached,
-        chosen=chosen.model.name,
-        error_estimates={} if ladder.estimate is None else dict(ladder.estimate.by_quantity),
-        why_ended="" if ladder.reached else ladder.why_ended,
-        models=tuple(ladder.tried),
-    )
+    errors = {} if ladder.estimate is None else dict(ladder.estimate.by_quantity)
+    reached, why = ladder.reached, "" if ladder.reached else ladder.why_ended
+    name, tried = chosen.model.name, tuple(ladder.tried)
+    summary = LadderSummary(ladder.tolerance, reached, name, errors, why, tried)
     notes = [f"chosen by --fidelity auto among {len(ladder.tried)}: {ladder.tried[-1].why}"]
     if not scene.path.mirrors_in_z:
         notes.append("the force along z and the twist moment have no error estimate of their own")

@@ -17,6 +17,7 @@ from fingerdesign.analysis.fidelity.estimate import Estimate, difference, discre
 from fingerdesign.analysis.fidelity.models import InTurn, Model
 from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
+from fingerdesign.analysis.verdicts import QUANTITIES
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
@@ -30,12 +31,7 @@ _AIM = 0.9  # of the tolerance: what a size must promise to be tried next
 _HARDLY = 1.15  # times finer: less tells nothing of the error
 _HOPELESS = 2.0  # times the tolerance: plane strain so far from a coarse finger is given up
 _SMALL = 0.2  # of the tolerance: plane strain's own error
-WORDS = {
-    "normal_force": "F_n",
-    "tangential_force": "F_t",
-    "stick_ratio": "stick ratio",
-    "gage": "gage readings",
-}
+WORDS = QUANTITIES | {"gage": "gage readings"}
 
 
 class Answer(Protocol):
@@ -85,17 +81,10 @@ class Ladder:
 
     def add(self, solved: Answer, estimate: Estimate | None, why: str) -> None:
         """Note a rung; no estimate: nothing to judge it by."""
-        self.tried.append(
-            TriedModel(
-                solved.model.name,
-                2 if solved.model.dimension == "plane strain" else 3,
-                solved.dofs,
-                solved.contact_nodes,
-                solved.total,
-                None if estimate is None else dict(estimate.by_quantity),
-                why,
-            )
-        )
+        flat = solved.model.dimension == "plane strain"
+        errors = None if estimate is None else dict(estimate.by_quantity)
+        size = (solved.dofs, solved.contact_nodes, solved.total)
+        self.tried.append(TriedModel(solved.model.name, 2 if flat else 3, *size, errors, why))
 
 
 def climb(
@@ -144,25 +133,15 @@ def climb(
 
 
 def _worth_trying(
-    ladder: Ladder,
-    now: Answer,
-    estimate: Estimate,
-    scale: float,
-    left: list[float],
-    most_dofs: float,
+    ladder: Ladder, now: Answer, estimate: Estimate, scale: float, left: list[float], most: float
 ) -> list[float]:
-    """The sizes that are left after an answer at ``scale``: of so many equations as may be.
-
-    Of these the first ones go that promise too little. Why the ladder ends where a size has too
-    many equations is noted.
-    """
-    affordable = [each for each in left if now.dofs * (scale / each) ** GROWTH <= most_dofs]
+    """The sizes that are left after an answer at ``scale``: of at most so many equations, without
+    the first ones that promise too little. Why the ladder ends where one has more is noted."""
+    dofs = [now.dofs * (scale / each) ** GROWTH for each in left]
+    affordable = [each for each, own in zip(left, dofs, strict=True) if own <= most]
     if len(affordable) < len(left):
-        beyond = left[len(affordable)]
-        ladder.why_ended = (
-            f"the next one would have about {now.dofs * (scale / beyond) ** GROWTH:.0f} "
-            f"equations, over the ladder's {most_dofs:.0f}"
-        )
+        beyond = f"the next one would have about {dofs[len(affordable)]:.0f} equations"
+        ladder.why_ended = f"{beyond}, over the ladder's {most:.0f}"
     aim = _AIM * ladder.tolerance
     while len(affordable) > 1 and estimate.refined(scale / affordable[0]).worst > aim:
         affordable.pop(0)

@@ -103,15 +103,11 @@ class Solved:
 
 def design_for(design: Design, model: Model) -> Design:
     """The design with the keys of ``[mesh]`` and ``plates.model`` that the model asks for."""
-    sizes = model.sizes
     values: dict[str, object] = {}
     if model.dimension == "3-D":
-        values |= {
-            "mesh.contact_size_mm": max(sizes.contact, 0.01),
-            "mesh.plate_size_mm": max(sizes.plate, 0.01),
-            "mesh.far_size_mm": max(sizes.far, 0.01),
-            "mesh.layers": model.layers,
-        }
+        for name in ("contact", "plate", "far"):
+            values[f"mesh.{name}_size_mm"] = max(getattr(model.sizes, name), 0.01)
+        values["mesh.layers"] = model.layers
     if model.mesher is not None and model.mesher != design.mesh.mesher:
         values |= {"mesh.mesher": model.mesher}
     if model.plates is not None and design.plates.number:
@@ -186,15 +182,9 @@ def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
 def section_sizes(design: Design, model: Model) -> SectionMesh:
     """The keys of ``[mesh.section]`` that the model asks for."""
     sizes = model.sizes
-    return design.mesh.section.model_copy(
-        update={
-            "contact_size_mm": sizes.contact,
-            "plate_size_mm": sizes.plate,
-            "plate_end_size_mm": sizes.end,
-            "far_size_mm": sizes.far,
-            "gradation": sizes.gradation,
-        }
-    )
+    keys = {"contact_size_mm": sizes.contact, "plate_size_mm": sizes.plate}
+    keys |= {"plate_end_size_mm": sizes.end, "far_size_mm": sizes.far}
+    return design.mesh.section.model_copy(update=keys | {"gradation": sizes.gradation})
 
 
 def _follow(design: Design, scene: Scene, problem: ContactProblem) -> list[Step]:

@@ -78,21 +78,10 @@ def rung(design: Design, scene: Scene, dimension: Dimension, scale: float) -> Mo
     sizes = scene_sizes(design, scene, scale)
     if dimension == "plane strain":
         return Model(dimension, sizes)
-    extruded = can_extrude(design)
-    sheets = (
-        extruded
-        and scale >= SHEETS_FROM
-        and design.plates.number > 0
-        and design.plates.model == "solid"
-        and can_be_sheets(design)
-    )
-    return Model(
-        dimension,
-        sizes,
-        layers(design, scale),
-        plates="sheet" if sheets else None,
-        mesher="sweep" if extruded else mesher_name(design),
-    )
+    extruded, solid = can_extrude(design), design.plates.number and design.plates.model == "solid"
+    sheets = extruded and scale >= SHEETS_FROM and solid and can_be_sheets(design)
+    mesher = "sweep" if extruded else mesher_name(design)
+    return Model(dimension, sizes, layers(design, scale), "sheet" if sheets else None, mesher)
 
 
 def can_extrude(design: Design) -> bool:

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.analysis.page.tables import FIGURES, leaves_section
 from fingerdesign.arrays import Array, IntArray
@@ -13,7 +12,7 @@ from fingerdesign.records.result import IncrementResult, Result
 from fingerdesign.report import style
 from fingerdesign.report.figure import Figure, Panel, caption_chart, panels
 from fingerdesign.report.page import caption_drawing
-from fingerdesign.report.style import Axes, Canvas
+from fingerdesign.report.style import Axes
 from fingerdesign.report.table import number_text, without_noise
 
 STATUS_NAMES = {OPEN: "open", STICK: "stick", SLIP: "slip"}
@@ -29,15 +28,13 @@ def path_chart(result: Result) -> Figure:
     rows = result.increments
     step = np.arange(1.0, len(rows) + 1.0)
     normal, tangential, along, moment = _loads(rows)
-    ratio = np.array([np.nan if r.stick_ratio is None else r.stick_ratio for r in rows])
+    ratio = np.array([r.stick_ratio for r in rows], dtype=float)  # None is NaN
     aside = leaves_section(rows)
     forces = [("normal force", step, normal)]
     forces.append((f"tangential force{', x' if aside else ''}", step, tangential))
-    up = "force on the finger (N)"
+    drawn = [Panel("Forces", "increment", "force on the finger (N)", forces)]
     if aside:
         forces.append(("force along z", step, along))
-    drawn = [Panel("Forces", "increment", up, forces)]
-    if aside:
         up, lines = "moment about y (N mm)", [("twist moment", step, moment)]
         drawn.append(Panel("Twist moment", "increment", up, lines, looks=[4]))
     up, lines = "stick area / contact area", [("stick ratio", step, ratio)]
@@ -51,27 +48,17 @@ def _loads(rows: Sequence[IncrementResult]) -> tuple[Array, Array, Array, Array]
     normal, tangential = without_noise(both).T  # on one scale: F_t may be noise compared with F_n
     most = float(np.abs(normal).max(initial=0.0))
     along = without_noise((row.force_z_N for row in rows), scale=most)
-    return (
-        normal,
-        tangential,
-        along,
-        without_noise((row.twist_moment_Nmm for row in rows), scale=most),
-    )
+    moment = without_noise((row.twist_moment_Nmm for row in rows), scale=most)
+    return normal, tangential, along, moment
 
 
 def force_figure(result: Result) -> style.ReportFigure:
     """:func:`path_chart` for the page, with its words."""
     rows = result.increments
     normal, tangential, _, _ = _loads(rows)
-    return caption_chart(
-        path_chart(result),
-        FIGURES,
-        "forces",
-        count=len(rows),
-        normal=normal[[0, -1]],
-        tangential=tangential[[0, -1]],
-        ratio=number_text(rows[-1].stick_ratio, 2),
-    )
+    ends = {"normal": normal[[0, -1]], "tangential": tangential[[0, -1]]}
+    values = {**ends, "count": len(rows), "ratio": number_text(rows[-1].stick_ratio, 2)}
+    return caption_chart(path_chart(result), FIGURES, "forces", "", **values)
 
 
 def contact_chart(contact: ContactHistory, chosen: Sequence[int]) -> Figure:
@@ -79,23 +66,13 @@ def contact_chart(contact: ContactHistory, chosen: Sequence[int]) -> Figure:
 
     Along x, signed; its magnitude where it has a part along z.
     """
-    line = contact.mid_line()
     x, pressure, shear, turned = _middle(contact)
-    reach = touched_reach(contact, line)
-    names = [f"increment {number + 1}" for number in chosen]
+    reach = touched_reach(contact, contact.mid_line())
     what = "magnitude of shear traction" if turned else "shear traction along x"
-    named = (("Pressure", "pressure", pressure), ("Shear traction", what, shear))
-    drawn = [
-        Panel(
-            title,
-            "x (mm)",
-            f"{up} (MPa)",
-            [(name, x, values[k]) for name, k in zip(names, chosen, strict=True)],
-            reach=reach,
-            marked=False,
-        )
-        for title, up, values in named
-    ]
+    drawn = []
+    for title, up, values in (("Pressure", "pressure", pressure), ("Shear traction", what, shear)):
+        lines = [(f"increment {k + 1}", x, values[k]) for k in chosen]
+        drawn.append(Panel(title, "x (mm)", f"{up} (MPa)", lines, reach=reach, marked=False))
     return panels(drawn, 2)
 
 
@@ -117,15 +94,9 @@ def traction_figure(contact: ContactHistory) -> style.ReportFigure:
     shown = touching if len(touching) else np.arange(len(pressure))
     chosen = [int(shown[i]) for i in style.evenly_spaced(len(shown), 4)]
     last = chosen[-1]
-    return caption_chart(
-        contact_chart(contact, chosen),
-        FIGURES,
-        "tractions",
-        number=last + 1,
-        pressure=pressure[last].max(),
-        shear=np.abs(shear[last]).max(),
-        at=x[pressure[last].argmax()],
-    )
+    values = {"pressure": pressure[last].max(), "shear": np.abs(shear[last]).max()}
+    values |= {"number": last + 1, "at": x[pressure[last].argmax()]}
+    return caption_chart(contact_chart(contact, chosen), FIGURES, "tractions", **values)
 
 
 def middle_tractions(contact: ContactHistory, line: IntArray) -> tuple[Array, Array, Array]:
@@ -144,7 +115,7 @@ def middle_tractions(contact: ContactHistory, line: IntArray) -> tuple[Array, Ar
     return x, normal, tangential
 
 
-def touched_reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[float, float]:
+def touched_reach(contact: ContactHistory, line: IntArray) -> tuple[float, float]:
     """The x that are worth showing: all that ever touched, and a little more."""
     x = contact.points[line, 0]
     touched = (contact.status[:, line] != OPEN).any(axis=0)
@@ -157,19 +128,6 @@ def touched_reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[flo
 
 def status_figure(contact: ContactHistory) -> style.ReportFigure:
     """Open, stick and slip over x and increment, in 3-D on z = 0 (Fig. 7)."""
-    touched = (contact.status != OPEN).any(axis=1)
-    lengths = contact.stick_length()
-    return caption_drawing(
-        _status_rows(contact),
-        FIGURES,
-        "status",
-        touched=int(touched.sum()),
-        most=lengths.max(),
-        last=lengths[-1],
-    )
-
-
-def _status_rows(contact: ContactHistory) -> Canvas:
     figure = style.canvas(7.2, 0.9 + 0.24 * len(contact.status))
     axes = figure.subplots()
     status_bars(axes, contact)
@@ -179,7 +137,9 @@ def _status_rows(contact: ContactHistory) -> Canvas:
     axes.grid(visible=False, axis="y")
     axes.yaxis.set_major_locator(style.whole_numbers(16))
     status_legend(axes)
-    return figure
+    touched, lengths = (contact.status != OPEN).any(axis=1).sum(), contact.stick_length()
+    values = {"touched": int(touched), "most": lengths.max(), "last": lengths[-1]}
+    return caption_drawing(figure, FIGURES, "status", **values)
 
 
 def status_bars(axes: Axes, contact: ContactHistory, upright: bool = False) -> None:
@@ -202,11 +162,11 @@ def status_legend(
     """The legend of the colours: above the axes, or ``below`` the figure."""
     from matplotlib.patches import Patch
 
-    handles = []
-    for status in shown:
-        colour, hatch = STATUS_LOOK[status]
-        name = STATUS_NAMES[status]
-        handles.append(Patch(facecolor=colour, hatch=hatch, edgecolor=style.PAPER, label=name))
+    looks = {STATUS_NAMES[status]: STATUS_LOOK[status] for status in shown}
+    handles = [
+        Patch(facecolor=colour, hatch=hatch, edgecolor=style.PAPER, label=name)
+        for name, (colour, hatch) in looks.items()
+    ]
     if below:
         axes.figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     else:

@@ -1,8 +1,7 @@
 """The finger in space, to be turned: what its contact and its plates do along the path of loads.
 
 A slider goes along the increments; menus choose the colours of the contact, how the body is drawn,
-and from where it is seen. A section (plane strain) is extruded over the body's
-depth. A half model is mirrored in z = 0.
+and from where it is seen.
 """
 
 from __future__ import annotations
@@ -82,8 +81,7 @@ def finger_figure(analysis: Analysis, increment: int | None = None) -> Figure:
 
     Raises PictureError where there is no mesh, or the displacements are not of its nodes.
     """
-    mesh = analysis.mesh
-    if mesh is None:
+    if (mesh := analysis.mesh) is None:
         raise PictureError("there is no mesh to draw")
     body = surface_of(mesh, analysis.depth_mm)
     is_core = mesh.parts["core"]
@@ -205,23 +203,17 @@ def _moved(analysis: Analysis, body: Surface) -> dict[int, Figure]:
         return {}
     look = {**LOOKS["solid"], **corners(body.whole), "colorscale": "Cividis", "visible": False}
     look |= {"cmin": 0.0, "cmax": number(most), "name": MOVED}
-    bars = [_bar(MOVED, 0.24), *[None] * (len(shapes) - 1)]
-    return {
-        increment: {
-            **look,
-            **places(shape),
-            **({"colorbar": bar} if bar else {"showscale": False}),
-            "intensity": _shades(size, most),
-        }
-        for increment, shape, size, bar in zip(fields.increments, shapes, sizes, bars, strict=True)
-    }
+    found: dict[int, Figure] = {}
+    for increment, shape, size in zip(fields.increments, shapes, sizes, strict=True):
+        bar = {"showscale": False} if found else {"colorbar": _bar(MOVED, 0.24)}
+        found[increment] = {**look, **places(shape), **bar, "intensity": _shades(size, most)}
+    return found
 
 
 def _shades(values: Array, most: float) -> list[float]:
     """Numbers of a colour scale that ends at ``most``, no finer than it is drawn."""
     digits = int(np.ceil(np.log10(_SHADES / most))) if most > 0.0 else 0
-    found: list[float] = (np.round(values, max(digits, 0)) + 0.0).tolist()
-    return found
+    return list((np.round(values, max(digits, 0)) + 0.0).tolist())
 
 
 def _dimensions(points: Array, keys: Mapping[str, Any]) -> tuple[list[Figure], Any]:
@@ -285,14 +277,10 @@ def _add_menus(figure: Figure, painted: Sequence[Painted], surfaces: Mapping[str
         "Body": ("restyle", _bodies(painted, surfaces, place)),
         "Seen from": ("relayout", views),
     }
-    layout["updatemenus"] = [
-        {
-            "name": name,
-            "buttons": [{"label": k, "method": method, "args": v} for k, v in choices.items()],
-        }
-        for name, (method, choices) in menus.items()
-        if choices
-    ]
+    layout["updatemenus"] = []
+    for name, (method, choices) in menus.items():
+        buttons = [{"label": k, "method": method, "args": v} for k, v in choices.items()]
+        layout["updatemenus"] += [{"name": name, "buttons": buttons}] if buttons else []
     for k in kinds:
         data[k]["visible"] = data[k]["name"] == names[0]
 
@@ -364,9 +352,8 @@ def _bodies(
 
 def _step_words(result: Result, k: int, count: int) -> str:
     row = result.increments[k]
-    forces = (
-        f"F<sub>n</sub> {row.normal_force_N:.3g} N, F<sub>t</sub> {row.tangential_force_N:.3g} N"
-    )
+    normal, tangential = row.normal_force_N, row.tangential_force_N
+    forces = f"F<sub>n</sub> {normal:.3g} N, F<sub>t</sub> {tangential:.3g} N"
     return f"Increment {k + 1} of {count}: {forces}"
 
 
@@ -378,15 +365,10 @@ def finger_report(analysis: Analysis) -> ReportFigure:
     count = len(set(mesh.regions[solid].tolist())) if solid.any() else len(analysis.plates)
     moved = [each for each in figure["data"] if each["name"] == MOVED]
     stored = analysis.fields.increments if analysis.fields is not None and moved else ()
-    return caption_chart(
-        figure,
-        FIGURES,
-        "space",
-        still=still_picture(analysis.result),
-        plates=count or "no",
-        stored=" and ".join(f"{each + 1}" for each in stored) or "none",
-        most=moved[0]["cmax"] if moved else 0.0,
-    )
+    values = {"plates": count or "no", "most": moved[0]["cmax"] if moved else 0.0}
+    values["stored"] = " and ".join(f"{each + 1}" for each in stored) or "none"
+    still = still_picture(analysis.result)
+    return caption_chart(figure, FIGURES, "space", still=still, **values)
 
 
 def still_picture(result: Result) -> str:

@@ -1,6 +1,7 @@
 """Figures of the gages: strain profiles, response, gage area and stick area (Fig. 8)."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -94,18 +95,16 @@ def _draw_path(axes: Axes, trace: GripTrace) -> None:
     axes.plot([0, reach], [0, mu * reach], color=style.INK, ls=":", lw=1.2, label=limit)
     axes.axhline(weight, color=style.MUTED, ls="-.", lw=1.0, label="weight mg/2")
     if free is not None:
-        axes.plot(
-            *free.forces, color=style.PURPLE, ls=(0, (4, 2)), lw=1.2, label="without the rule"
-        )
+        dashed = dict[str, Any](color=style.PURPLE, ls=(0, (4, 2)), lw=1.2)
+        axes.plot(*free.forces, **dashed, label="without the rule")
     axes.plot(*trace.forces, color=style.BLUE, lw=1.8, label="grip")
     if len(starts := trace.hold_starts):
         axes.plot(*trace.forces[:, starts], **style.points(style.VERMILION, "^", 5, "hold begins"))
     least = style.points(style.INK, "x", 7, "least force (mg/2μ, mg/2)", mew=1.6)
     axes.plot([weight / mu], [weight], **least)
     if trace.lift_step is not None:
-        axes.plot(
-            *trace.forces[:, [trace.lift_step]], **style.points(style.GREEN, "*", 11, "lifted")
-        )
+        star = style.points(style.GREEN, "*", 11, "lifted")
+        axes.plot(*trace.forces[:, [trace.lift_step]], **star)
     axes.set_title(f"μ = {mu:g}, {trace.object_mass_g:g} g")
     axes.set_xlim(0, reach)
     axes.set_ylim(0, 1.15 * max(weight, float(trace.tangential_force.max())))
@@ -124,13 +123,13 @@ def plate_rows(plates: Sequence[PlateFrame], placed: bool = False) -> tuple[tupl
     """
     rows: list[list[int]] = []
     for k, plate in enumerate(plates):
-        before = plates[k - 1] if k else None
-        same = before is not None and before.along == plate.along and before.place < plate.place
+        before = plates[k - 1]
+        same = before.along == plate.along and before.place < plate.place
         if k and (placed or same):
             rows[-1].append(k)
         else:
             rows.append([k])
-    return tuple(tuple(row) for row in rows)
+    return tuple(map(tuple, rows))
 
 
 def gages_chart(
@@ -149,8 +148,8 @@ def gages_chart(
     titles = ("Membrane: mean of both faces", "Bending: half their difference")
     drawn = []
     for number, group in enumerate(groups):
-        order = np.array(group)
-        x, label = numbers[order].astype(float), "plate"
+        order, label = np.array(group), "plate"
+        x = numbers[order].astype(float)
         if known:
             x = np.array([plates[k].place for k in group])
             label = f"plate centre {plates[group[0]].along} (mm)"
@@ -184,15 +183,10 @@ def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> style.Re
     number = _few_under_load(result.increments)[-1]
     last = strains[:, number]
     most, bent = (int(np.abs(values).argmax()) for values in last)
-    return caption_chart(
-        gages_chart(result, plates),
-        FIGURES,
-        "strains",
-        number=number + 1,
-        membrane=(numbers[most], last[0, most]),
-        bending=(numbers[bent], last[1, bent]),
-        grid=texts_of(FIGURES)["grids"][result.parameters.get("gages.grid", "axial")],
-    )
+    values: dict[str, Any] = {"membrane": (numbers[most], last[0, most]), "number": number + 1}
+    values |= {"bending": (numbers[bent], last[1, bent])}
+    grid = texts_of(FIGURES)["grids"][result.parameters.get("gages.grid", "axial")]
+    return caption_chart(gages_chart(result, plates), FIGURES, "strains", grid=grid, **values)
 
 
 def shade_over(axes: Axes, x: Array, over: Array, threshold: float, fine: int = 8) -> None:
@@ -212,21 +206,18 @@ def response_figure(study: SlipStudy, share: float) -> style.ReportFigure:
     key = f"response-{mu:g}".replace(".", "-")
     usable = np.flatnonzero(np.isfinite(study.response).any(axis=1))
     chosen = [int(usable[i]) for i in style.evenly_spaced(len(usable), 8)]
-    figure = style.canvas(7.2, 0.7 + 1.75 * -(-max(len(chosen), 1) // 4))
+    count = max(len(chosen), 1)
+    figure = style.canvas(7.2, 0.7 + 1.75 * -(-count // 4))
     labels = {"across": "plate centre x (mm)", "up": "microstrain/N"}
-    panels = style.small_multiples(
-        figure, max(len(chosen), 1), 4, **labels, sharex=True, sharey=True
-    )
+    panels = style.small_multiples(figure, count, 4, **labels, sharex=True, sharey=True)
     x = study.gage_x_mm
+    raw = dict[str, Any](color=style.MUTED, ls=(0, (1.5, 1.5)), lw=1.1, label="raw")
+    level = dict[str, Any](color=style.VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold")
     for axes, step in zip(panels, chosen, strict=False):
         over = np.nan_to_num(study.response[step])
-        axes.plot(
-            x, study.response_raw[step], color=style.MUTED, ls=(0, (1.5, 1.5)), lw=1.1, label="raw"
-        )
+        axes.plot(x, study.response_raw[step], **raw)
         axes.plot(x, over, color=style.BLUE, marker="o", ms=2.8, label="compensated")
-        axes.axhline(
-            study.threshold, color=style.VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold"
-        )
+        axes.axhline(study.threshold, **level)
         shade_over(axes, x, over, study.threshold)
         title = f"step {step + 1}: A {study.gage_area_mm[step]:.1f},"
         title += f" stick {study.stick_length_mm[step]:.1f} mm"
@@ -254,26 +245,23 @@ def area_figure(studies: tuple[SlipStudy, ...]) -> style.ReportFigure:
     panels = style.small_multiples(figure, len(studies), columns, up=up, sharey=True)
     for axes, study in zip(panels, studies, strict=True):
         step = np.arange(1, len(study.stick_ratio) + 1)
-        for look, (values, name, colour) in enumerate(
-            (
-                (study.stick_length_mm, "stick length (true)", style.INK),
-                (study.gage_area_mm, "gage area A", style.BLUE),
-                (study.gage_area_raw_mm, "gage area, raw", style.MUTED),
-            )
-        ):
+        curves = (
+            (study.stick_length_mm, "stick length (true)", style.INK),
+            (study.gage_area_mm, "gage area A", style.BLUE),
+            (study.gage_area_raw_mm, "gage area, raw", style.MUTED),
+        )
+        for look, (values, name, colour) in enumerate(curves):
             style.series(axes, step, values, look, name, color=colour, ms=3.5)
-        compensated, raw = (
-            "not defined" if value is None else f"{value:.2f}"
-            for value in (study.rank_correlation, study.rank_correlation_raw)
-        )
-        axes.set_title(
-            f"μ = {study.friction_coefficient:g}: rank correlation\n{compensated} (raw {raw})"
-        )
+        ranks = (study.rank_correlation, study.rank_correlation_raw)
+        own, raw = ("not defined" if each is None else f"{each:.2f}" for each in ranks)
+        title = f"μ = {study.friction_coefficient:g}: rank correlation\n{own} (raw {raw})"
+        axes.set_title(title)
         axes.set_xlabel("step")
         axes.set_ylim(bottom=0.0)
     style.shared_legend(panels[:1], 3)
-    ranks = ", ".join(
+    named = (
         f"{number_text(study.rank_correlation, 2)} at μ {study.friction_coefficient:g}"
         for study in studies
     )
-    return caption_drawing(figure, FIGURES, "areas", enough=GOOD_CORRELATION, ranks=ranks)
+    shown = ", ".join(named)
+    return caption_drawing(figure, FIGURES, "areas", enough=GOOD_CORRELATION, ranks=shown)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.analysis.verdicts import QUANTITIES
 from fingerdesign.records.result import ErrorEstimate, GripResult, IncrementResult, Result
 from fingerdesign.records.verdict import Status
 from fingerdesign.report.table import (
@@ -40,16 +41,15 @@ def increment_table(result: Result) -> Table:
     def column(name: str, decimals: int = 3, scale: float = 0.0) -> list[str]:
         return column_texts([getattr(row, name) for row in found], decimals, scale)
 
-    # Forces share a scale, and so do motions: without friction F_t is noise compared with F_n.
-    normal = max((abs(row.normal_force_N) for row in found), default=0.0)
-    most = max((abs(row.tangential_force_N) for row in found), default=0.0)
+    # Forces share a scale: without friction F_t is noise compared with F_n.
+    force = max(_greatest(found, f"{way}_force_N") for way in ("normal", "tangential"))
     nodes = [f"{row.open_nodes} / {row.stick_nodes} / {row.slip_nodes}" for row in found]
     columns: dict[str, Iterable[str]] = {
         "increment": [str(number) for number in range(1, len(found) + 1)],
         "approach (mm)": column("approach_mm"),
         "shear (mm)": column("shear_mm"),
-        "normal force (N)": column("normal_force_N", scale=max(normal, most)),
-        "tangential force (N)": column("tangential_force_N", scale=max(normal, most)),
+        "normal force (N)": column("normal_force_N", scale=force),
+        "tangential force (N)": column("tangential_force_N", scale=force),
         "contact width (mm)": column("contact_width_mm", 2),
         "stick ratio": column("stick_ratio"),
         "open / stick / slip nodes": nodes,
@@ -80,19 +80,22 @@ def error_table(result: Result) -> Table:
 def _error_cells(error: ErrorEstimate | None, reason: str) -> tuple[str, ...]:
     if error is None:
         return (f"not estimated{': ' * bool(reason)}{reason}", "–", "–", "–")
-    forces = (f"{100.0 * each:.2g} %" for each in (error.normal_force, error.tangential_force))
-    return (*forces, f"{error.stick_ratio:.2g}", f"{100.0 * error.gages:.2g} %")
+    shares = (error.normal_force, error.tangential_force, error.gages)
+    normal, tangential, gages = (f"{100.0 * each:.2g} %" for each in shares)
+    return (normal, tangential, f"{error.stick_ratio:.2g}", gages)
 
 
 def leaves_section(found: Sequence[IncrementResult]) -> bool:
     """True if anything is moved, or pushed, out of the plane of the section."""
     if any(row.shear_z_mm or row.twist_deg for row in found):
         return True
-    most = max((abs(row.normal_force_N) for row in found), default=0.0)
-    width = max((row.contact_width_mm for row in found), default=0.0)
-    force = max((abs(row.force_z_N) for row in found), default=0.0)
-    moment = max((abs(row.twist_moment_Nmm) for row in found), default=0.0)
+    names = ("normal_force_N", "contact_width_mm", "force_z_N", "twist_moment_Nmm")
+    most, width, force, moment = (_greatest(found, name) for name in names)
     return force > _ASIDE * max(most, NOISE) or moment > _ASIDE * max(most * width, NOISE)
+
+
+def _greatest(found: Sequence[IncrementResult], name: str) -> float:
+    return max((abs(getattr(row, name)) for row in found), default=0.0)
 
 
 def _grip_columns(grips: Sequence[GripResult]) -> dict[str, Iterable[str]]:
@@ -128,27 +131,19 @@ def foreseen_table(result: Result) -> Table | None:
     if {(grip.alarms, grip.stick_error) for grip in grips} <= {(None, None)}:
         return None
     slips = {"standing": "warned of", "withdrawn": "missed: withdrawn", "none": "missed"}
+    leads = [grip.lead_force_share for grip in grips]
+    shares = [None if each is None else 100.0 * each for each in leads]
     columns = _grip_columns(grips) | {
         "complete slip": [slips.get(grip.slip_warning or "", "–") for grip in grips],
         "lead (s)": [number_text(grip.lead_s, 3) for grip in grips],
-        "F_t at the warning (%)": [
-            number_text(_hundred(grip.lead_force_share), 0) for grip in grips
-        ],
-        "warnings": [_whole(grip.alarms) for grip in grips],
-        "false alarms": [_whole(grip.false_alarms) for grip in grips],
+        "F_t at the warning (%)": [number_text(each, 0) for each in shares],
+        "warnings": [number_text(grip.alarms, 0) for grip in grips],
+        "false alarms": [number_text(grip.false_alarms, 0) for grip in grips],
         "steps": [str(grip.samples) for grip in grips],
         "error of stick ratio, RMS": [number_text(grip.stick_error, 3) for grip in grips],
         "its samples": [str(grip.stick_error_samples) for grip in grips],
     }
     return _table("foreseen", "Was slip seen before it came?", columns, "0 3")
-
-
-def _hundred(share: float | None) -> float | None:
-    return None if share is None else 100.0 * share
-
-
-def _whole(count: int | None) -> str:
-    return "–" if count is None else str(count)
 
 
 def _caught(grip: GripResult) -> str:
@@ -178,25 +173,21 @@ def model_table(result: Result) -> Table:
     if result.mesh is not None:
         mesh, worst = result.mesh, result.mesh.worst_plate_volume_error
         angle = "dihedral angle" if result.fidelity != "plane-strain" else "angle"
+        volume = "volume, relative error"
         rows += [
             ("mesher", mesh.mesher),
             ("elements", f"{mesh.elements:,}"),
             (f"least {angle}", f"{mesh.min_dihedral_deg:.1f}°"),
-            ("body volume, relative error", f"{mesh.body_volume_error:.1e}"),
-            (
-                "worst plate volume, relative error",
-                "no plates" if worst is None else f"{worst:.1e}",
-            ),
+            (f"body {volume}", f"{mesh.body_volume_error:.1e}"),
+            (f"worst plate {volume}", "no plates" if worst is None else f"{worst:.1e}"),
         ]
     return Table("model", "Model and mesh", ("what", "value"), tuple(rows), frozenset({0, 1}))
 
 
 def work_table(result: Result, page: str, whole: str) -> Table:
     """Seconds by stage, memory. page: what making the page took; whole: everything."""
-    rows = [
-        (stage, f"{seconds:.2f} s" if seconds else "not run")
-        for stage, seconds in result.timings_s.items()
-    ]
+    timings = result.timings_s.items()
+    rows = [(stage, f"{each:.2f} s" if each else "not run") for stage, each in timings]
     rows += [("this page", page), ("all stages and this page", whole)]
     rows.append(("peak memory", f"{result.peak_memory_MB:,.0f} MB"))
     return Table("timings", "Time and memory", ("stage", "took"), tuple(rows), frozenset({0}))
@@ -255,13 +246,12 @@ def ladder_table(result: Result) -> Table | None:
     if result.ladder is None:
         return None
     ladder, models = result.ladder, result.ladder.models
-    names = {"normal_force": "F_n", "tangential_force": "F_t", "stick_ratio": "stick ratio"}
     columns: dict[str, Iterable[str]] = {
         "model": [each.name for each in models],
         "equations": [f"{each.dofs:,}" for each in models],
         "seconds": [number_text(each.seconds, 2) for each in models],
     }
-    for key, name in (names | {"gage": "gages"}).items():
+    for key, name in QUANTITIES.items():
         errors = [(each.error_estimates or {}).get(key) for each in models]
         columns[f"{name}, %"] = ["-" if e is None else f"{100.0 * e:.2g}" for e in errors]
     columns["why"] = [each.why for each in models]
@@ -274,15 +264,15 @@ def ladder_table(result: Result) -> Table | None:
 
 def assumed_values(result: Result) -> list[tuple[str, str]]:
     """The assumed keys with their values; a table of the design is given by its keys."""
-    pairs = []
-    for key in result.assumed:
-        if key in result.parameters:
-            pairs.append((key, value_text(result.parameters[key])))
-            continue
-        inside = {k: v for k, v in result.parameters.items() if k.startswith(f"{key}.")}
-        text = ", ".join(f"{k[len(key) + 1 :]} = {value_text(v)}" for k, v in inside.items())
-        pairs.append((key, text or "see the design"))
-    return pairs
+
+    def text(key: str) -> str:
+        if key in (known := result.parameters):
+            return value_text(known[key])
+        inside = {k: v for k, v in known.items() if k.startswith(f"{key}.")}
+        texts = (f"{k[len(key) + 1 :]} = {value_text(v)}" for k, v in inside.items())
+        return ", ".join(texts) or "see the design"
+
+    return [(key, text(key)) for key in result.assumed]
 
 
 def detail_tables(result: Result) -> tuple[Table, ...]:
