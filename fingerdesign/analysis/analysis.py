@@ -38,7 +38,6 @@ from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
 from fingerdesign.records.base import values_of
 from fingerdesign.records.result import (
-    ErrorEstimate,
     MeshSummary,
     ModelSummary,
     Result,
@@ -72,17 +71,12 @@ def caveats(
         found["other_law"] = {"law": str(problem.law)}
     if others := _other_answers(problem, steps):
         texts = (f"F_n {o.normal_force:.3g}, F_t {o.tangential_force:.3g} N" for o in others)
-        found["other_answers"] = {
-            "friction": problem.mean_friction(steps[-1].increment.multiplier[:, 0]),
-            "others": "; ".join(texts),
-        }
+        friction = problem.mean_friction(steps[-1].increment.multiplier[:, 0])
+        found["other_answers"] = {"friction": friction, "others": "; ".join(texts)}
     if ladder is not None and not ladder.reached:
         quantity, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
-        found["not_reached"] = {
-            "ladder": ladder,
-            "quantity": quantity.replace("_", " "),
-            "percent": 100.0 * worst,
-        }
+        words = {"quantity": quantity.replace("_", " "), "percent": 100.0 * worst}
+        found["not_reached"] = {"ladder": ladder, **words}
     return tuple(paragraphs(CAVEATS, macro, **values)[0] for macro, values in found.items())
 
 
@@ -113,10 +107,8 @@ def _of_contact(design: Design, model: ReducedModel, steps: list[Step]) -> Facts
     first = int(np.argmax(touched)) if touched.any() else len(steps)
     pressed = [k for k in range(first) if steps[k].increment.motion.approach > 0.0]
     if pressed:
-        found["not_felt"] = {
-            "rows": f"{len(pressed)} row{'s' * (len(pressed) > 1)}",
-            "first": pressed[0] + 1,
-        }
+        rows = f"{len(pressed)} row{'s' * (len(pressed) > 1)}"
+        found["not_felt"] = {"rows": rows, "first": pressed[0] + 1}
     most = int(closed.sum(axis=1).max())
     if 0 < most < ENOUGH_NODES[model.dimension]:
         table = "mesh.section" if model.dimension == 2 else "mesh"
@@ -213,6 +205,7 @@ def analysis_of(work: Work, followed: Followed, lifted: Lifted) -> Analysis:
     case, design, mesh = chosen.case, chosen.case.design, chosen.model.mesh
     with work.clock.stage("report"):
         fields = recover_fields(chosen.model, steps) if case.fields else None
+    error, absent = lifted.mesh_error, "mesh_error_absent"
     result = Result(
         **_identity(work.requested, work.clock, chosen.case.fidelity),
         warnings=caveats(chosen, work.scene, problem, steps),
@@ -224,7 +217,7 @@ def analysis_of(work: Work, followed: Followed, lifted: Lifted) -> Analysis:
         ladder=chosen.summary,
         measurability=lifted.measurable,
         path_error=followed.error,
-        **_mesh_error(lifted.mesh_error),
+        **{absent if isinstance(error, str) else "mesh_error": error},
     )
     return Analysis(
         result=result,
@@ -238,11 +231,6 @@ def analysis_of(work: Work, followed: Followed, lifted: Lifted) -> Analysis:
         depth_mm=design.body.depth_mm,
         problem=followed.array,
     )
-
-
-def _mesh_error(found: ErrorEstimate | str) -> dict[str, Any]:
-    """The result's keys for the mesh's error, or for why there is none."""
-    return {"mesh_error_absent": found} if isinstance(found, str) else {"mesh_error": found}
 
 
 def failed_analysis(case: Case, error: Exception, clock: Clock) -> Analysis:
@@ -297,14 +285,9 @@ def model_summary(chosen: Choice) -> ModelSummary:
 def mesh_summary(mesh: Mesh, design: Design) -> MeshSummary:
     """The mesh's quality in a few numbers."""
     report = assess(mesh, design)
-    has_plates = design.plates.number and design.plates.model == "solid"
-    return MeshSummary(
-        mesher=mesh.mesher,
-        elements=len(mesh.cells),
-        min_dihedral_deg=report.min_dihedral_deg,
-        body_volume_error=report.body_volume_error,
-        worst_plate_volume_error=report.worst_plate_volume_error if has_plates else None,
-    )
+    solid = design.plates.number and design.plates.model == "solid"
+    own = {"worst_plate_volume_error": report.worst_plate_volume_error if solid else None}
+    return MeshSummary(**values_of(MeshSummary, report, mesh, elements=len(mesh.cells), **own))
 
 
 def study_summary(study: SlipStudy) -> SlipStudySummary:

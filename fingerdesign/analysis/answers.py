@@ -93,19 +93,10 @@ def _key(case: Case) -> str | None:
     if case.estimator is not None or has_plugins():
         return None
     digest = result_digest(case.design, case.path_scene, case.requested)
-    path = (
-        case.scene_name,
-        case.scene is None,
-        case.grips,
-        case.fields,
-        case.studied,
-        case.for_page,
-        case.mesh_error,
-    )
-    parts = json.dumps(
-        [digest, case.design.model_dump_json(), path, versions(), code_digest(_HOME)]
-    )
-    return hashlib.sha256(parts.encode()).hexdigest() + ".zip"
+    wanted = (case.grips, case.fields, case.studied, case.for_page, case.mesh_error)
+    path = (case.scene_name, case.scene is None, *wanted)
+    parts = (digest, case.design.model_dump_json(), path, versions(), code_digest(_HOME))
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest() + ".zip"
 
 
 def _answers() -> Cache:

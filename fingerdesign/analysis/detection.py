@@ -77,10 +77,9 @@ def _pull(
     """Readings and stick ratio at each share of the friction limit, as far as it is carried."""
     state, found, workspace = ContactState.untouched(problem), [], Workspace()
     for share in (0.0, *used):
+        forces = Forces(normal, share * friction * normal)
         try:
-            increment = solve_forces(
-                problem, state, Forces(normal, share * friction * normal), workspace
-            )
+            increment = solve_forces(problem, state, forces, workspace)
         except SolverError:
             break
         state = increment.state

@@ -36,12 +36,7 @@ _LEAST_PLATE_MM = 0.02  # the thinnest foil that is sold and handled
 _LEAST_STIFF = 20.0  # times the rubber's modulus: a softer plate is rubber itself
 _SPARE = 1.1  # A proposal gains a little more than the target, since models differ.
 # The section's element edges, times the design's: gains are ratios of two such models.
-_COARSER = {
-    "contact_size_mm": 4.0,
-    "plate_size_mm": 4.0,
-    "plate_end_size_mm": 5.0,
-    "far_size_mm": 2.0,
-}
+_COARSER = {"contact": 4.0, "plate": 4.0, "plate_end": 5.0, "far": 2.0}
 _GRADATION = 0.6
 
 
@@ -51,14 +46,17 @@ def start_sections(case: Case) -> Sections | None:
     if case.fidelity in ("plane-strain", "auto") or mesher_of(case.design).sections:
         start_mesher()  # It loads while this process loads the rest.
     design = case.design
-    no_states = not case.gage_array or design.plates.model == "none"
-    no_states = no_states or not case.path_scene.object.law.is_coulomb
-    if no_states or case.scene is not None or not case.for_page or plane_strain_faults(design):
+    seen = _sees(case) and case.path_scene.object.law.is_coulomb
+    if not seen or case.scene is not None or not case.for_page or plane_strain_faults(design):
         return None
     pool = ThreadPoolExecutor(1)
     sections = pool.submit(_sections, design)
     pool.shutdown(wait=False)
     return sections
+
+
+def _sees(case: Case) -> bool:
+    return bool(case.gage_array) and case.design.plates.model != "none"
 
 
 def states_seen(
@@ -71,16 +69,15 @@ def states_seen(
     under another law than Coulomb's.
     """
     design = case.design
-    if not case.gage_array or design.plates.model == "none" or not array.law.is_coulomb:
+    if not (_sees(case) and array.law.is_coulomb):
         return ()
     if case.scene is None:
         loads = held_loads(design)
     else:
         most = max(step.measures.normal_force for step in steps)
         loads = [(scene.object.friction_coefficient, most)] if most > 0.0 else []
-    return measured_states(
-        array, design.gages.face, loads, amplifier_noise(design.rig.hardware, design.gage_factor)
-    )
+    noise = amplifier_noise(design.rig.hardware, design.gage_factor)
+    return measured_states(array, design.gages.face, loads, noise)
 
 
 def measurability(
@@ -124,11 +121,9 @@ def _remedies(
     worst = max(found.states, key=lambda state: state.smallest_stick_change)
     load = (worst.friction_coefficient, worst.normal_force_N)
     target = found.smallest_stick_change / found.wanted_stick_change
+    given = (design.gages.face, load, found.noise_microstrain)
     with one_thread():
-        now, *answers = [
-            _answer(section, design.gages.face, load, found.noise_microstrain)
-            for section in sections
-        ]
+        now, *answers = [_answer(section, *given) for section in sections]
     remedies = []
     for (key, value, least), answer in zip(_trials(design), answers, strict=True):
         trial = max(_FIRST * value, least)
@@ -141,12 +136,12 @@ def _remedies(
 
 def _trials(design: Design) -> list[tuple[str, float, float]]:
     """Keys that may mend the gages, with their value and the least that they may have."""
-    modulus = design.material_of("plates").youngs_modulus_MPa
+    plates, modulus = design.plates, design.material_of("plates").youngs_modulus_MPa
     keys = (
-        (f"materials.{design.plates.material}.youngs_modulus_MPa", modulus, _soft(design)),
-        ("plates.thickness_mm", design.plates.thickness_mm, _LEAST_PLATE_MM),
+        (f"materials.{plates.material}.youngs_modulus_MPa", modulus, _soft(design)),
+        ("plates.thickness_mm", plates.thickness_mm, _LEAST_PLATE_MM),
     )
-    return [(key, value, least) for key, value, least in keys if value > least]
+    return [each for each in keys if each[1] > each[2]]
 
 
 def _soft(design: Design) -> float:
@@ -176,7 +171,8 @@ def _sections(design: Design) -> list[ContactProblem]:
 
 def _section(design: Design) -> ContactProblem:
     scene, section = Case(design).path_scene, design.mesh.section
-    sizes = {f"mesh.section.{key}": by * getattr(section, key) for key, by in _COARSER.items()}
+    factors = {f"{name}_size_mm": by for name, by in _COARSER.items()}
+    sizes = {f"mesh.section.{key}": by * getattr(section, key) for key, by in factors.items()}
     gradation = max(_GRADATION, section.gradation)
     design = with_values(design, {**sizes, "mesh.section.gradation": gradation})
     # The section may press deeper than the finger does: the zone is that of its own stage.
@@ -198,6 +194,5 @@ def _answer(section: ContactProblem, face: str, load: tuple[float, float], noise
 
 def _known(modulus: float, least: float) -> tuple[str, ...]:
     """Materials of the library no stiffer than ``modulus`` (MPa), and no softer than ``least``."""
-    return tuple(
-        name for name, each in MATERIALS.items() if least <= each.youngs_modulus_MPa <= modulus
-    )
+    moduli = {name: each.youngs_modulus_MPa for name, each in MATERIALS.items()}
+    return tuple(name for name, each in moduli.items() if least <= each <= modulus)

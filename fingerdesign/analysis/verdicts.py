@@ -37,6 +37,7 @@ QUANTITIES = {**_FORCES, "stick_ratio": "stick ratio", "gage": "gages"}  # of er
 _PRINTED = ("abs", "pla")  # A printer makes them, and nobody sells them as thin foil.
 _LEAST_PLATE_MPA = 1e3  # Softer materials of the library are rubbers.
 _LEAST_GAIN = 1.5  # A fix that gains less is not worth its line.
+_RISING = 0.2  # Of the weight: a hand that pulls with more, as its steps end, is on its way.
 _LISTED = 4  # More friction coefficients are shown as a range.
 NONE_SEEN = "no stick change is seen"
 _ON_PAGE = "design.toml"  # as a page names the design that lies next to it
@@ -46,19 +47,14 @@ _Key = TypeVar("_Key", str, float)
 
 def verdict_view(result: Result, design_file: str = _ON_PAGE) -> VerdictView:
     """Verdicts, fixes and warnings of a result; ``design_file``: of the design in commands."""
-    verdicts: tuple[Verdict, ...] = ()
-    fixes: tuple[Fix, ...] = ()
-    if result.status != "failed":
-        verdicts = tuple(_verdicts(result))
-        failing = {each.name for each in verdicts if each.status in ("fail", "warning")}
-        fixes = tuple(_fixes(result, failing, design_file))
-    fidelity = FIDELITY_WORDS[result.fidelity] + (" by auto" if result.ladder else "")
+    verdicts = () if result.status == "failed" else tuple(_verdicts(result))
+    failing = {each.name for each in verdicts if each.status in ("fail", "warning")}
     return VerdictView(
         name=result.design,
-        fidelity=fidelity,
+        fidelity=FIDELITY_WORDS[result.fidelity] + (" by auto" if result.ladder else ""),
         seconds=sum(result.timings_s.values()),
         verdicts=verdicts,
-        fixes=fixes,
+        fixes=tuple(_fixes(result, failing, design_file)),
         warnings=result.warnings,
         failure=result.failure,
     )
@@ -246,7 +242,7 @@ def _share_fixes(result: Result) -> Iterator[Fix]:
 
 def _lift_fixes(result: Result) -> Iterator[Fix]:
     failing = [each for each in result.grips if not lifts(each)]
-    slow = [each for each in failing if each.outcome == "steps" and _pulls(each)]
+    slow = [each for each in failing if each.outcome == "steps" and _pulled(each) > _RISING]
     if slow:  # Both forces still rise: the time is short, not the controller wrong.
         late = max(slow, key=_steps_needed)
         at = f"lifts at μ {late.friction_coefficient:g}"
@@ -265,10 +261,8 @@ def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     brings = _passes("lifts") + _price(crushes) + at
     yield Fix('grip.controller = "fixed_force"', brings, "Coulomb")
     yield Fix(f"grip.fixed_force.force_N = {needed:.3g}", "with the line above")
-    travel, deep = (
-        result.parameters.get("grip.max_approach_mm"),
-        _approach(result.increments, needed),
-    )
+    travel = result.parameters.get("grip.max_approach_mm")
+    deep = _approach(result.increments, needed)
     if deep and isinstance(travel, int | float) and 1.2 * deep > travel:
         yield Fix(f"grip.max_approach_mm = {1.2 * deep:.2g}", "with the line above")
     slips = max(failing, key=lambda each: each.holding_force_N)
@@ -298,28 +292,22 @@ def _too_light(result: Result, heaviest: float = math.inf) -> set[str]:
 
     A light object bears less force, and its shear moves the gages less.
     """
-    found = set()
 
-    def grows(mass_g: float) -> float:
-        return max(mass_g / heaviest, 1.0)
+    def grown(values: Iterable[tuple[float, float]]) -> float:
+        """The greatest of values, which are of masses, with a lighter object."""
+        return max((value * max(mass_g / heaviest, 1.0) for value, mass_g in values), default=0.0)
 
-    if any(each.peak_ratio * grows(each.object_mass_g) >= MOST_FORCE for each in result.grips):
-        found.add("grip force")
-    seen = result.measurability
-    states = [(e.smallest_stick_change, e.object_mass_g) for e in seen.states] if seen else []
-    if seen and any(least * grows(m) > seen.wanted_stick_change for least, m in states):
-        found.add("gage signal")
+    forces = grown((each.peak_ratio, each.object_mass_g) for each in result.grips)
+    found = {"grip force"} if forces >= MOST_FORCE else set[str]()
+    if (seen := result.measurability) is not None:
+        least = grown((each.smallest_stick_change, each.object_mass_g) for each in seen.states)
+        found |= {"gage signal"} if least > seen.wanted_stick_change else set()
     return found
 
 
 def _price(crushes: bool) -> str:
     """The verdict that a fix costs, where it does."""
     return f", but grip force {SIGNS['fail']}" if crushes else ""
-
-
-def _pulls(grip: GripResult) -> bool:
-    """True if the hand pulls with a fifth of the weight or more as its steps end."""
-    return _pulled(grip) > 0.2
 
 
 def _pulled(grip: GripResult) -> float:
@@ -335,8 +323,8 @@ def _steps_needed(grip: GripResult) -> int:
 def _masses(grips: Sequence[GripResult], lightest: float = 0.0, heaviest: float = math.inf) -> str:
     """The key that lifts only masses between these; "" where none of the range is left."""
     own = [each.object_mass_g for each in grips]
-    low, high = max(min(own), float(two_digits(lightest))), min(max(own), heaviest)
-    high = float(two_digits(high))
+    low = max(min(own), float(two_digits(lightest)))
+    high = float(two_digits(min(max(own), heaviest)))
     if min(own) == max(own):
         mass = min(low, high)
         return f"grip.object_mass_g = {mass:g}" if mass < own[0] else ""

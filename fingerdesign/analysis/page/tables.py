@@ -107,6 +107,10 @@ def _grip_columns(grips: Sequence[GripResult]) -> dict[str, Iterable[str]]:
     }
 
 
+def _numbers(grips: Sequence[GripResult], name: str, decimals: int) -> list[str]:
+    return [number_text(getattr(grip, name), decimals) for grip in grips]
+
+
 def grip_table(result: Result) -> Table:
     """A row a grip, with its safety margin."""
     grips = result.grips
@@ -116,8 +120,8 @@ def grip_table(result: Result) -> Table:
         "no complete slip": [_status(not grip.gross_slip) + _caught(grip) for grip in grips],
         "motion held (times)": [str(grip.holds) for grip in grips],
         "without the rule": [_WITHOUT_RULE[grip.slips_without_rule] for grip in grips],
-        "safety margin": [number_text(grip.safety_margin, 2) for grip in grips],
-        "least stick ratio": [number_text(grip.minimum_stick_ratio, 2) for grip in grips],
+        "safety margin": _numbers(grips, "safety_margin", 2),
+        "least stick ratio": _numbers(grips, "minimum_stick_ratio", 2),
         "final F_n / F_t (N)": [" / ".join(number_text(x, 2) for x in pair) for pair in forces],
         "steps": [str(grip.steps) for grip in grips],
         "how it ended": [grip.ending for grip in grips],
@@ -131,17 +135,16 @@ def foreseen_table(result: Result) -> Table | None:
     if {(grip.alarms, grip.stick_error) for grip in grips} <= {(None, None)}:
         return None
     slips = {"standing": "warned of", "withdrawn": "missed: withdrawn", "none": "missed"}
-    leads = [grip.lead_force_share for grip in grips]
-    shares = [None if each is None else 100.0 * each for each in leads]
+    shares = 100.0 * without_noise(grip.lead_force_share for grip in grips)
     columns = _grip_columns(grips) | {
         "complete slip": [slips.get(grip.slip_warning or "", "–") for grip in grips],
-        "lead (s)": [number_text(grip.lead_s, 3) for grip in grips],
+        "lead (s)": _numbers(grips, "lead_s", 3),
         "F_t at the warning (%)": [number_text(each, 0) for each in shares],
-        "warnings": [number_text(grip.alarms, 0) for grip in grips],
-        "false alarms": [number_text(grip.false_alarms, 0) for grip in grips],
-        "steps": [str(grip.samples) for grip in grips],
-        "error of stick ratio, RMS": [number_text(grip.stick_error, 3) for grip in grips],
-        "its samples": [str(grip.stick_error_samples) for grip in grips],
+        "warnings": _numbers(grips, "alarms", 0),
+        "false alarms": _numbers(grips, "false_alarms", 0),
+        "steps": _numbers(grips, "samples", 0),
+        "error of stick ratio, RMS": _numbers(grips, "stick_error", 3),
+        "its samples": _numbers(grips, "stick_error_samples", 0),
     }
     return _table("foreseen", "Was slip seen before it came?", columns, "0 3")
 
