@@ -110,7 +110,7 @@ def _forecast(
     if scene_sound:
         report |= asdict(summary)
         report["forecast"] = [each.as_dict() for each in costs]
-        report["lifts"] = [each.as_dict() for each in found]
+        report["lifts"] = [asdict(each) for each in found]
     return _Checked(report, summary, costs, found, [f"{path}: {note}" for note in notes])
 
 

@@ -39,15 +39,17 @@ STRAINS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _NOT_WRITTEN = ("result", "problem")  # The first has its own file, an analysis makes the other.
 
 
-def write_fields(folder: Path, mesh: Mesh, fields: FieldHistory | None) -> list[Path]:
+def write_fields(folder: Path, mesh: Mesh | None, fields: FieldHistory | None) -> list[Path]:
     """Write fields_NN.vtu (NN: increment, from 1) into an existing folder; returns the files.
 
     Point data: displacement_mm (three components). Cell data: region (0 elastomer, k + 1 plate k,
     a core's after the last plate's) and strain_xx_microstrain and so on, at the centroid, for xx,
     yy, zz, xy, xz, yz (engineering shear). Without fields one file, fields_mesh.vtu, holds the
     mesh and its regions. Quadratic cells; a half model is written as the half z >= 0 that it is
-    (ParaView: Reflect).
+    (ParaView: Reflect). Without a mesh nothing is written.
     """
+    if mesh is None:
+        return []
     if fields is None:
         return [_write(folder / "fields_mesh.vtu", mesh, None)]
     n = len(mesh.points)
@@ -131,18 +133,13 @@ def write_analysis(
     timed = replace(analysis.result, timings_s=dict(clock.seconds))
     analysis = replace(analysis, result=timed)
     with clock.stage("report"), ThreadPoolExecutor(1) as thread:  # packing leaves a core idle
-        written = (
-            thread.submit(write_fields, folder, analysis.mesh, analysis.fields)
-            if analysis.mesh is not None
-            else None
-        )
+        written = thread.submit(write_fields, folder, analysis.mesh, analysis.fields)
         names = [each.name for each in fields(Analysis) if each.name not in _NOT_WRITTEN]
         write_packed(folder / ARRAYS, {name: getattr(analysis, name) for name in names})
         (folder / DESIGN).write_text(dump_design(design), encoding="utf-8")
         if page:
             write_page(analysis, folder)
-        if written is not None:
-            written.result()
+        written.result()
     memory = largest_memory_MB()
     result = replace(timed, timings_s=dict(clock.seconds), peak_memory_MB=memory)
     write_result_files(folder, result, analysis.grip_traces)

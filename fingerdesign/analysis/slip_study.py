@@ -15,11 +15,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import Increment, solve_increment
-from fingerdesign.contact.measures import Measures
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.signals import (
@@ -156,15 +154,10 @@ def refined_rows(rows: Rows, pieces: int) -> list[tuple[float, float]]:
     [(0.1, 0.0), (0.2, 0.0), (0.2, 0.05), (0.2, 0.1)]
     """
     cut = []
-    for (approach, shear), (next_approach, next_shear) in pairwise([(0.0, 0.0), *rows]):
+    for (a, s), (next_a, next_s) in pairwise([(0.0, 0.0), *rows]):
         for part in range(1, pieces + 1):
             share = part / pieces
-            cut.append(
-                (
-                    approach + share * (next_approach - approach),
-                    shear + share * (next_shear - shear),
-                )
-            )
+            cut.append((a + share * (next_a - a), s + share * (next_s - s)))
     return cut
 
 
@@ -188,20 +181,15 @@ def slip_studies(
     """
     most = max(approach for approach, _ in rows)
     calibration = normal_calibration(problem, face, _CALIBRATION_REACH * most)
-    known = HandKnowledge(
-        calibration=calibration,
-        threshold=full_stick_threshold(problem, face, most, share),
-        floor=_SEEN * force_noise,
-        stiffness=full_stick_stiffness(problem, most),
-        share=share,
-    )
-    studies = []
-    for friction in friction_coefficients:
+    threshold = full_stick_threshold(problem, face, most, share)
+    stiffness = full_stick_stiffness(problem, most)
+    known = HandKnowledge(calibration, threshold, _SEEN * force_noise, stiffness, share)
+
+    def study(friction: float) -> SlipStudy:
         path = refined_rows(scaled_rows(rows, friction / problem.friction_coefficient), pieces)
-        other = problem.with_friction(friction)
-        x = problem.model.gage_x
-        studies.append(slip_study(other, path, face, x, known))
-    return tuple(studies)
+        return slip_study(problem.with_friction(friction), path, face, problem.model.gage_x, known)
+
+    return tuple(map(study, friction_coefficients))
 
 
 def slip_study(
@@ -223,7 +211,10 @@ def slip_study(
     """
     order = line_of(gage_x)
     steps = [step.measures for step in follow(problem, [Motion(*row) for row in rows])]
-    samples = [_sample(step, face, order) for step in steps]
+    samples = [
+        Sample(gage_readings(s.gages, face)[order], s.normal_force, s.tangential_force)
+        for s in steps
+    ]
     normal, tangential = np.array([(s.normal_force, s.tangential_force) for s in samples]).T
     first = _first_samples(tangential, [row[1] for row in rows], known)
     calibration = known.calibration
@@ -284,15 +275,12 @@ def _responses(
 ) -> Array:
     """Responses (k, g) of each sample to the change since its first; NaN without one."""
     rest = Sample(np.zeros(len(samples[0].readings)), 0.0, 0.0)
-    silent = np.full(len(rest.readings), np.nan)
-    return np.array(
-        [
-            silent
-            if index is None
-            else response(samples[index] if index >= 0 else rest, sample, calibration)
-            for sample, index in zip(samples, first, strict=True)
-        ]
-    )
+    found = np.full((len(samples), len(rest.readings)), np.nan)
+    for k, index in enumerate(first):
+        if index is not None:
+            before = samples[index] if index >= 0 else rest
+            found[k] = response(before, samples[k], calibration)
+    return found
 
 
 def rank_correlation(first: Array, second: Array) -> float | None:
@@ -313,12 +301,6 @@ def _mean_ranks(values: Array) -> Array:
     _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
     last = np.cumsum(count)
     return np.asarray((last - 0.5 * (count - 1))[inverse])
-
-
-def _sample(measures: Measures, face: str, order: NDArray[np.int64]) -> Sample:
-    return Sample(
-        gage_readings(measures.gages, face)[order], measures.normal_force, measures.tangential_force
-    )
 
 
 def gage_areas(x: Array, responses: Array, threshold: float) -> Array:

@@ -92,11 +92,8 @@ def followed(design: Design) -> Design:
 
     def travel(drawn: Design, mass_g: float) -> float:
         needed = lift_approach(drawn, min(grip.friction_coefficients), _MARGIN, mass_g)
-        return min(
-            _TRAVEL * needed,
-            MOST_TRAVEL * float(crest_height(design.body)),
-            design.body.base_height_mm,
-        )
+        most = min(MOST_TRAVEL * float(crest_height(design.body)), design.body.base_height_mm)
+        return min(_TRAVEL * needed, most)
 
     share, friction = _FUNDAMENTAL
     follow("max_approach_mm", lambda: travel(design, heavy), 50.0)

@@ -48,11 +48,9 @@ _FLAT = (5.66, 1.30, 0.18)
 _SWEPT = (3.40, 1.77, 2.68)
 _TETRAHEDRA, _WHOLE = (5.09, 1.754), 2.25
 # PARDISO's factors, kB: exp(a) n^b operations^c; the process, MB: base + per dof + factors.
-_FACTOR_FLAT = (-2.311, 0.719, 0.253)  # 0.98 to 1.02
-_FACTOR_SPACE = (-3.467, 0.546, 0.414)  # 0.93 to 1.12
+_FACTORS = {2: (-2.311, 0.719, 0.253), 3: (-3.467, 0.546, 0.414)}  # 0.98 to 1.02, 0.93 to 1.12
 _BASE_MB = 140.0  # libraries, and what the report's figures take
-_PER_DOF_FLAT, _FACTORS_FLAT = -1.71e-3, 3.82  # 0.95 to 1.06
-_PER_DOF_SPACE, _FACTORS_SPACE = 3.02e-3, 0.975  # 0.94 to 1.05
+_OF_PROCESS = {2: (-1.71e-3, 3.82), 3: (3.02e-3, 0.975)}  # 0.95 to 1.06, 0.94 to 1.05
 # Of tetrahedra, what the contact's m nodes add, MB: exp(a) m^b n^c. 29 random fingers of 17k to
 # 144k dofs and 170 to 1749 nodes took 0.71 to 1.40 times the whole.
 _CONTACT_SPACE = (4.62, 1.197, -0.537)
@@ -131,12 +129,9 @@ def operations(counts: Counts) -> float:
 
 def peak_memory_MB(counts: Counts) -> float:
     """The process's greatest resident memory, or that of one it starts."""
-    a, b, c = _FACTOR_FLAT if counts.dimension == 2 else _FACTOR_SPACE
+    (a, b, c), (per_dof, share) = _FACTORS[counts.dimension], _OF_PROCESS[counts.dimension]
     factors = 1e-3 * math.exp(a) * counts.dofs**b * operations(counts) ** c
-    if counts.dimension == 2:
-        own = _BASE_MB + _PER_DOF_FLAT * counts.dofs + _FACTORS_FLAT * factors
-    else:
-        own = _BASE_MB + _PER_DOF_SPACE * counts.dofs + _FACTORS_SPACE * factors
+    own = _BASE_MB + per_dof * counts.dofs + share * factors
     if counts.dimension == 2 or counts.layers:  # no other process meshes
         return float(own)
     a, b, c = _CONTACT_SPACE
@@ -178,9 +173,8 @@ def _second_seconds(
     grips; the stage "grips" has it."""
     if absence(case):
         return 0.0
-    second = _SECOND[counts.mesher] * sum(
-        seconds[stage] for stage in ("assemble", "condense", "increments")
-    )
+    first = sum(seconds[stage] for stage in ("assemble", "condense", "increments"))
+    second = _SECOND[counts.mesher] * first
     return max(0.0, second - (seconds["increments"] + grips if cores > 1 else 0.0))
 
 

@@ -6,12 +6,13 @@ docs/reference/fingers.md and is held by tests/analysis/test_lift_forecast.py.
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 from fingerdesign.analysis.analysis import ENOUGH_NODES, SMALL_STRAIN
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.detection import HELD_USED, SEEN, WANTED_STICK_CHANGE, amplifier_noise
 from fingerdesign.checks.follow import lift_approach, lift_force
+from fingerdesign.checks.remedies import edge
 from fingerdesign.control.calibration import LEAST_GAGES
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.design.scene import SceneObject
@@ -51,10 +52,6 @@ class Lift:
     measurable: bool | None
     remedies: tuple[str, ...] = ()
 
-    def as_dict(self) -> dict[str, object]:
-        """Plain values, units in the keys."""
-        return asdict(self)
-
 
 def lifts(design: Design) -> list[Lift]:
     """The forecast of each mass at each friction; none of a finger that is not gripped with."""
@@ -69,14 +66,8 @@ def _lift(design: Design, friction: float, mass_g: float) -> Lift:
     force = lift_force(design, friction, 1.0 / HELD_USED, mass_g)
     approach = lift_approach(design, friction, 1.0 / HELD_USED, mass_g)
     body = design.body
-    wide, deep = (
-        min(reach, 0.5 * most)
-        for reach, most in zip(
-            contact_reach(design, SceneObject(), approach),
-            (body.width_mm, body.depth_mm),
-            strict=True,
-        )
-    )
+    wide, deep = contact_reach(design, SceneObject(), approach)
+    wide, deep = min(wide, 0.5 * body.width_mm), min(deep, 0.5 * body.depth_mm)
     straight = deep >= 0.5 * body.depth_mm
     area = 4.0 * wide * deep if straight else math.pi * wide * deep
     size = design.mesh.contact_size_mm
@@ -116,11 +107,8 @@ def _stick_change(design: Design, normal: float, wide: float, area: float) -> fl
     response = 1e6 * 0.5 * slope * deep * shear / (1.0 + _SHEAR_LAG * stiff)
     if not response > 0.0:
         return None
-    return (
-        SEEN
-        * amplifier_noise(design.rig.hardware, design.gage_factor)
-        / (_CHANGE * response * normal)
-    )
+    noise = amplifier_noise(design.rig.hardware, design.gage_factor)
+    return SEEN * noise / (_CHANGE * response * normal)
 
 
 def _measurable(change: float | None) -> bool | None:
@@ -201,11 +189,11 @@ def _first_moves(design: Design, lift: Lift) -> Iterator[str]:
 
 def _force_at(design: Design, approach: float) -> float:
     """The normal force, N, that is forecast to press ``approach`` mm: approach_for turned round."""
-    low, high = 0.0, 1.0
-    while approach_for(design, SceneObject(), high) < approach and high < 1e9:
+
+    def enough(force: float) -> bool:
+        return not approach_for(design, SceneObject(), force) < approach
+
+    high = 1.0
+    while not enough(high) and high < 1e9:
         high *= 2.0
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        less = approach_for(design, SceneObject(), middle) < approach
-        low, high = (middle, high) if less else (low, middle)
-    return high
+    return edge(enough, high, 0.0, 50)

@@ -1,7 +1,6 @@
 """report.html: one file that opens offline and fetches nothing."""
 
 from collections.abc import Iterator
-from itertools import chain
 from time import perf_counter
 
 import numpy as np
@@ -118,13 +117,9 @@ def _page(
     if notices := [each for each in (result.failure, *result.warnings) if each]:
         sections.append(Section("warnings", "Warnings", [Bullets(notices, "warnings")]))
     makers = {"contact": _contact, "gages": _gages, "grips": _grips, "model": _model}
-    titles = WORDS["titles"]
-    for key, make in makers.items():
-        items = [*chain(figures[key]), *make(result)]
-        if items:
-            sections.append(Section(key, titles[key], items))
-    if items := list(_design(result)):
-        sections.append(Section("design", titles["design"], items))
+    for key, make in {**makers, "design": _design}.items():
+        if items := [*figures.get(key, ()), *make(result)]:
+            sections.append(Section(key, WORDS["titles"][key], items))
     title = f"{result.design}: {'failed analysis' if result.status == 'failed' else 'analysis'}"
     return Page(
         title=title,
@@ -173,13 +168,11 @@ def _design(result: Result) -> Iterator[Item]:
         yield Text(WORDS["laws"]["finite" if result.fidelity == "finite" else "linear"])
     if result.assumed:
         count = len(result.assumed)
-        yield Fold(f"Assumed: {count} keys that its source does not give", [_assumed(result)])
+        assumed = [f"{key} = {value}" for key, value in tables.assumed_values(result)]
+        listed = Bullets(assumed, "keys")
+        yield Fold(f"Assumed: {count} keys that its source does not give", [listed])
     if rows := _filled(tables.design_table(result)):
         yield Fold("The design, key by key", rows)
-
-
-def _assumed(result: Result) -> Bullets:
-    return Bullets([f"{key} = {value}" for key, value in tables.assumed_values(result)], "keys")
 
 
 def _record(result: Result) -> Iterator[Item]:
