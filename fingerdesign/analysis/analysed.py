@@ -122,8 +122,7 @@ class Analysed(Result):
         return found
 
     def _increment(self, number: int) -> int:
-        count = len(self.increments)
-        if not -count <= number < count:
+        if not -(count := len(self.increments)) <= number < count:
             bound = f"{-count} to {count - 1}, an index (pages count from 1)"
             bound = bound if count else "nothing: there are no increments"
             raise ResultError(f"increment = {number} must be {bound}")

@@ -102,6 +102,5 @@ def _candidates(problem: ContactProblem, zone: Zone, size: float, layered: bool)
 def _edges(problem: ContactProblem) -> Array:
     """Length (m,) of the facets about each node, mm."""
     model = problem.model
-    if model.dimension == 2:
-        return np.asarray(model.areas / model.depth)
-    return np.asarray(np.sqrt(model.areas))
+    flat = model.dimension == 2
+    return np.asarray(model.areas / model.depth if flat else np.sqrt(model.areas))

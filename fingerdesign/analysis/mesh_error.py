@@ -18,7 +18,7 @@ from fingerdesign.analysis.fidelity.choice import Choice
 from fingerdesign.analysis.fidelity.readings import readings_of
 from fingerdesign.analysis.fidelity.rungs import can_extrude
 from fingerdesign.analysis.path import follow_path, problem_at_touch
-from fingerdesign.analysis.path_error import distances
+from fingerdesign.analysis.path_error import distances, richardson
 from fingerdesign.analysis.stages import condense
 from fingerdesign.analysis.work import Followed
 from fingerdesign.checks.load import with_values
@@ -144,8 +144,4 @@ def estimate(
     apart: dict[str, float], coarser: float, orders: dict[str, float] | None
 ) -> ErrorEstimate:
     """Errors from the distances to the answer on a coarser mesh; the distances without orders."""
-    if orders is None:
-        return ErrorEstimate(**apart)
-    return ErrorEstimate(
-        **{name: each / (coarser ** orders[name] - 1.0) for name, each in apart.items()}
-    )
+    return ErrorEstimate(**apart) if orders is None else richardson(apart, coarser, orders)

@@ -27,23 +27,20 @@ def path_error(
     has no answer.
     """
     substeps = path.substeps
-    other = _second(substeps)
-    times = 2.0 if substeps is None or other is None else substeps / other
+    other = 2 if substeps == 1 else substeps and substeps // 2
+    times = substeps / other if substeps and other else 2.0
     try:
-        second = list(follow(problem, targets(path), other, coarser=2 if other is None else 1))
+        second = list(follow(problem, targets(path), other, coarser=1 if other else 2))
     except SolverError:
         return None
     apart = distances(readings_of(second, face), readings_of(steps, face))
-    return ErrorEstimate(
-        **{name: each / abs(times ** _ORDERS[name] - 1.0) for name, each in apart.items()}
-    )
+    return richardson(apart, times, _ORDERS)
 
 
-def _second(substeps: int | None) -> int | None:
-    """``substeps`` of the second path."""
-    if substeps is None:
-        return None
-    return 2 if substeps == 1 else substeps // 2
+def richardson(apart: dict[str, float], times: float, orders: dict[str, float]) -> ErrorEstimate:
+    """Errors from the distances to an answer on pieces ``times`` as long: D / |times^p - 1|."""
+    errors = {name: each / abs(times ** orders[name] - 1.0) for name, each in apart.items()}
+    return ErrorEstimate(**errors)
 
 
 def distances(found: Readings, truth: Readings) -> dict[str, float]:

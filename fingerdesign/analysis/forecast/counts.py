@@ -81,8 +81,7 @@ def count_space(design: Design, zone: Zone, symmetric: bool) -> tuple[float, flo
     frames = _sized(design, symmetric)
     field = size_field(design, frames, MeshSizes.of(design, zone), zone)
     low, high = field.box(design.body, symmetric)
-    holes = any(frame.holes for frame in frames)
-    made = MADE_WITH_HOLES if holes else MADE
+    made = MADE_WITH_HOLES if any(frame.holes for frame in frames) else MADE
     return made * expected_elements(field, low, high), _contact_nodes(field, low, high)
 
 
@@ -93,21 +92,14 @@ def _sized(design: Design, symmetric: bool) -> tuple[PlateFrame, ...]:
     """
     frames = plate_frames(design) if design.plates.model != "none" else ()
     thick = design.plates.thickness_mm > THICK * design.mesh.plate_size_mm
-    if design.plates.model == "sheet" or not (
-        thick or any(not_a_sheet(frame, symmetric) for frame in frames)
-    ):
-        return sized_frames(frames)
-    return frames
+    solid = thick or any(not_a_sheet(frame, symmetric) for frame in frames)
+    return frames if solid and design.plates.model != "sheet" else sized_frames(frames)
 
 
 def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
     """Nodes of the candidate facets."""
-    zone = field.zone
-    first = np.array([max(low[0], -zone.half_width), low[2]])
-    last = np.array([min(high[0], zone.half_width), high[2]])
-    if zone.half_depth is not None:
-        first[1] = max(low[2], -zone.half_depth)
-        last[1] = min(high[2], zone.half_depth)
+    reach = np.array([field.zone.half_width, field.zone.half_depth or np.inf])
+    first, last = np.maximum(low[[0, 2]], -reach), np.minimum(high[[0, 2]], reach)
     share = (np.arange(24) + 0.5) / 24
     x, z = np.meshgrid(*(first[k] + (last[k] - first[k]) * share for k in range(2)))
     x, z = x.reshape(-1), z.reshape(-1)
@@ -115,8 +107,7 @@ def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
     known = np.isfinite(y)
     size = field(np.column_stack([x, y, z])[known])
     cell = float(np.prod(last - first)) / len(x)
-    facets = cell * (1.0 / (EQUILATERAL * field.sizes.stretch * size**2)).sum()
-    facets *= MADE_AT_CONTACT
+    facets = cell * (1.0 / (EQUILATERAL * field.sizes.stretch * size**2)).sum() * MADE_AT_CONTACT
     return float(0.5 * facets + 1.5 * np.sqrt(facets) + 1.0)
 
 
@@ -276,17 +267,15 @@ def _extruded(case: Case, zone: Zone) -> Counts:
     frames = plate_frames(design) if design.plates.model != "none" else ()
     sizes = extruded_sizes(design, zone.half_width)
     plan = count_section(design, zone.half_width, sizes, frames, inner_of(design, zone))
-    heights = _heights(case)
-    layers = (len(heights) - 1) * (1 if case.symmetric or not mirrors_in_z(design) else 2)
+    heights, mirrored = _heights(case), mirrors_in_z(design) and not case.symmetric
+    layers = (len(heights) - 1) * (2 if mirrored else 1)
     deep = zone.half_depth if zone.half_depth is not None else np.inf
     planes = int((np.abs(heights) <= deep + 1e-9).sum())
-    if mirrors_in_z(design) and not case.symmetric:
-        planes = 2 * planes - 1
+    planes = 2 * planes - 1 if mirrored else planes
     nodes, corners = plan.nodes * (2 * layers + 1), plan.corners * (layers + 1)
+    flat, held = plan.nodes, (2.0 * plan.base_edges + 1.0) * (2 * layers + 1)
     if element_of(design) == "P1":
         flat, held = plan.corners, (plan.base_edges + 1.0) * (layers + 1)
-    else:
-        flat, held = plan.nodes, (2.0 * plan.base_edges + 1.0) * (2 * layers + 1)
     dofs = _equations(design, 3, corners, nodes, held)
     return Counts(
         dimension=3,
@@ -312,11 +301,10 @@ def _heights(case: Case) -> Array:
 
 def _space(case: Case, zone: Zone) -> Counts:
     design = case.design
-    key = mesh_key(design, MeshSizes.of(design, zone), zone, case.symmetric)
-    own = mesher_name(design) == "tetwild"  # the only one whose meshes are cached
-    cached = load_mesh(key) if own else None
-    if cached is not None:
-        return _of_mesh(cached, case, zone)
+    if mesher_name(design) == "tetwild":  # the only one whose meshes are cached
+        key = mesh_key(design, MeshSizes.of(design, zone), zone, case.symmetric)
+        if (cached := load_mesh(key)) is not None:
+            return _of_mesh(cached, case, zone)
     tets, contact_nodes = count_space(design, zone, case.symmetric)
     nodes, corners = (a * tets + b * tets ** (2.0 / 3.0) for a, b in (_NODES, _CORNERS))
     return Counts(

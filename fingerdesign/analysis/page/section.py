@@ -135,9 +135,8 @@ def dimension_shapes(design: Design, along: str = "x") -> Iterator[Shape]:
     yield from measured((-half, 0.0), (half, 0.0), (0.0, -1.3 * off), across)
     if along == "z":
         if body.shape == "dome" and body.dome_radius_mm is not None:
-            yield Shape(
-                "text", _polygon((0.0, crest + 0.6 * off)), text=f"R {body.dome_radius_mm:g} in z"
-            )
+            words = f"R {body.dome_radius_mm:g} in z"
+            yield Shape("text", _polygon((0.0, crest + 0.6 * off)), text=words)
         return
     yield from measured((half, 0.0), (half, crest), (1.2 * off, 0.0), f"crest {crest:.4g}")
     if body.kind.closed_form:
@@ -246,12 +245,12 @@ def section_svg(
     scale = _WIDTH / (float(high[0] - low[0]) + 2.0 * margin)
     tall = (float(high[1] - low[1]) + 2.0 * margin) * scale
 
+    def placed(points: Array) -> Array:
+        x, y = points.T
+        return np.column_stack([x - low[0] + margin, high[1] + margin - y]) * scale
+
     def path(points: Array, closed: bool) -> str:
-        places = [
-            (points[:, 0] - low[0] + margin) * scale,
-            (high[1] + margin - points[:, 1]) * scale,
-        ]
-        line = " L".join(f"{x:.1f} {y:.1f}" for x, y in zip(*places, strict=True))
+        line = " L".join(f"{x:.1f} {y:.1f}" for x, y in placed(points))
         return f"M{line}{' Z' if closed else ''}"
 
     def element(shape: Shape) -> Iterator[str]:
@@ -265,8 +264,7 @@ def section_svg(
             else:
                 yield f'<path class="{shape.look}" {line}/>'
         if shape.text:
-            x, y = 0.5 * (shape.points[0] + shape.points[-1])
-            x, y = (x - low[0] + margin) * scale, (high[1] + margin - y) * scale
+            x, y = placed(0.5 * (shape.points[:1] + shape.points[-1:]))[0]
             at = f'transform="translate({x:.1f} {y:.1f}) rotate({-shape.turn_deg:.0f})"'
             if shape.look == "arrow":  # Letters hide the line behind them, a blank does not.
                 wide = _LETTER * len(shape.text)

@@ -45,9 +45,7 @@ def draw_sketch(design: Design) -> Canvas:
 
 def _views(design: Design) -> list[Shape]:
     """Section and side next to each other, on one base line and in one scale, with titles."""
-    views = [
-        [*section_shapes(design, along), *dimension_shapes(design, along)] for along in ("x", "z")
-    ]
+    views = [[*section_shapes(design, way), *dimension_shapes(design, way)] for way in ("x", "z")]
     boxes = [np.concatenate([shape.points for shape in view]) for view in views]
     top = max(float(box[:, 1].max()) for box in boxes)
     apart = np.ptp(np.concatenate(boxes)[:, 0])
@@ -72,9 +70,8 @@ def _extras(table: Plates) -> list[str]:
 
 def facts(design: Design) -> list[str]:
     """The materials, counts and sizes that no dimension line shows, a line each."""
-    body, found = design.body, []
-    modulus = design.materials[body.material].youngs_modulus_MPa
-    found.append(f"body: {body.shape}, {body.material.replace('_', ' ')}, {modulus:g} MPa")
+    body, modulus = design.body, design.materials[design.body.material].youngs_modulus_MPa
+    found = [f"body: {body.shape}, {body.material.replace('_', ' ')}, {modulus:g} MPa"]
     if body.edge_radius_mm:
         found.append(f"edge: {body.edge} of {body.edge_radius_mm:g}")
     if body.core is not None:
@@ -84,15 +81,12 @@ def facts(design: Design) -> list[str]:
         found.append(f"core: {size}, {core.bottom_mm:g} above the base, {core.material}")
     for row in plate_rows(design):
         table = row.table
-        found.append(
-            f"{len(row.frames)} plates along {table.along}: {table.material.replace('_', ' ')}, "
-            f"{table.length_mm:g} x {table.thickness_mm:g}"
-        )
+        plates = f"{len(row.frames)} plates along {table.along}: {table.material.replace('_', ' ')}"
+        found.append(f"{plates}, {table.length_mm:g} x {table.thickness_mm:g}")
         spans = sorted({round(frame.span, 3) for frame in row.frames})
         shown = f"{spans[0]:g}" if len(spans) == 1 else f"{spans[0]:g} to {spans[-1]:g}"
-        placed = "placed one by one" if row.placed else f"pitch {table.pitch_mm:g}"
-        placed += "" if row.placed else f", cover {table.cover_mm:g}"
-        found.append(f"    span {shown}, {placed}")
+        level = f"pitch {table.pitch_mm:g}, cover {table.cover_mm:g}"
+        found.append(f"    span {shown}, {'placed one by one' if row.placed else level}")
         found += _extras(table)
     if plate_rows(design):
         gages = design.gages
