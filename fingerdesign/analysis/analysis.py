@@ -205,7 +205,7 @@ def analysis_of(work: Work, followed: Followed, lifted: Lifted) -> Analysis:
     case, design, mesh = chosen.case, chosen.case.design, chosen.model.mesh
     with work.clock.stage("report"):
         fields = recover_fields(chosen.model, steps) if case.fields else None
-    error, absent = lifted.mesh_error, "mesh_error_absent"
+    error = lifted.mesh_error
     result = Result(
         **_identity(work.requested, work.clock, chosen.case.fidelity),
         warnings=caveats(chosen, work.scene, problem, steps),
@@ -217,7 +217,8 @@ def analysis_of(work: Work, followed: Followed, lifted: Lifted) -> Analysis:
         ladder=chosen.summary,
         measurability=lifted.measurable,
         path_error=followed.error,
-        **{absent if isinstance(error, str) else "mesh_error": error},
+        mesh_error=None if isinstance(error, str) else error,
+        mesh_error_absent=error if isinstance(error, str) else "",
     )
     return Analysis(
         result=result,

@@ -9,13 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from fingerdesign.analysis.verdicts import HUMAN_MARGIN, lifts, needed_correlation
-from fingerdesign.records.result import (
-    MOST_FORCE,
-    GripResult,
-    Measurability,
-    Result,
-    SlipStudySummary,
-)
+from fingerdesign.records.result import MOST_FORCE, GripResult, Result, SlipStudySummary
 
 SLIP_SENSING, GAGE_SIGNAL, LIFTS, GRIP_FORCE = "slip sensing", "gage signal", "lifts", "grip force"
 # Between two meshes of one finger rank correlations differ by up to 0.07, stick changes by a
@@ -36,8 +30,9 @@ def shortfalls(result: Result) -> dict[str, float]:
     found: dict[str, float] = {}
     if result.slip_studies:
         found[SLIP_SENSING] = slip_shortfall(result.slip_studies)
-    if result.measurability is not None and result.measurability.states:
-        found[GAGE_SIGNAL] = signal_shortfall(result.measurability)
+    if (seen := result.measurability) is not None and seen.states:
+        least = _SPARE_SIGNAL * seen.wanted_stick_change
+        found[GAGE_SIGNAL] = _doublings(seen.smallest_stick_change / least)
     if result.grips:
         found |= grip_shortfalls(result.grips)
     return found
@@ -56,16 +51,9 @@ def area_correlation(studies: Sequence[SlipStudySummary]) -> float | None:
 
 def slip_shortfall(studies: Sequence[SlipStudySummary]) -> float:
     """Missing rank correlation, the largest over the friction coefficients."""
-    missing = [
-        needed_correlation(each) + _SPARE_CORRELATION - (each.rank_correlation or 0.0)
-        for each in studies
-    ]
+    spare = _SPARE_CORRELATION
+    missing = (needed_correlation(s) + spare - (s.rank_correlation or 0.0) for s in studies)
     return max(0.0, *missing)
-
-
-def signal_shortfall(found: Measurability) -> float:
-    """Base-2 logarithm of the factor by which the gages see too little."""
-    return _doublings(found.smallest_stick_change / (_SPARE_SIGNAL * found.wanted_stick_change))
 
 
 def grip_shortfalls(grips: Sequence[GripResult]) -> dict[str, float]:

@@ -99,11 +99,10 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
 
     Each row is cut into four: with eight points a few large steps decide a rank correlation.
     """
-    in_line = len(line_of(problem.model.gage_x))
-    if case.scene is not None or not case.studied or in_line < LEAST_GAGES:
+    wanted = case.scene is None and case.studied
+    wanted &= problem.law.is_coulomb  # the study scales its path by the friction coefficient
+    if not wanted or len(line_of(problem.model.gage_x)) < LEAST_GAGES:
         return ()
-    if not problem.law.is_coulomb:
-        return ()  # the study scales its path by the friction coefficient
     frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
     rows = [(row[0], row[1]) for row in scene.path.rows]
     gages = case.design.gages
@@ -113,8 +112,12 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
 
 def rig_of(case: Case, zone: Zone, scene: Scene, array: ContactProblem) -> Rig:
     """The rig of a case's grips."""
-    opposite = case.runs_grips and case.design.grip.opposite == "bare"
-    bare = _bare_opposite(case, zone, scene) if opposite else None
+    bare = None
+    if case.runs_grips and case.design.grip.opposite == "bare":
+        other = without_plates(case.design)  # the finger opposite
+        mesh = make_mesh(other, case.fidelity, zone, case.symmetric)
+        model = condense(other, mesh, zone, scene).reduced
+        bare = problem_at_touch(model, scene.object, other.body)
     return Rig.of(array, case.design, case.gage_array, bare)
 
 
@@ -145,14 +148,6 @@ def frictions_of(case: Case, array: ContactProblem, mass_g: float) -> Sequence[f
     if case.surface is None:
         return case.design.grip.friction_coefficients
     return (coefficient_under(array, weight_per_finger(mass_g)),)
-
-
-def _bare_opposite(case: Case, zone: Zone, scene: Scene) -> ContactProblem:
-    """The finger opposite: the same one without plates."""
-    other = without_plates(case.design)
-    mesh = make_mesh(other, case.fidelity, zone, case.symmetric)
-    model = condense(other, mesh, zone, scene).reduced
-    return problem_at_touch(model, scene.object, other.body)
 
 
 def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:

@@ -101,11 +101,10 @@ def sliders_of(design: Design) -> tuple[Slider, ...]:
         *_of_plates(design),
         *_of_gages(design),
     ]
-    mass = design.grip.object_mass_g
+    key, mass = "grip.object_mass_g", design.grip.object_mass_g
     if not isinstance(mass, tuple):  # A range of masses stays as its file has it.
         low, high = min(_WEIGHT[0], mass), max(_WEIGHT[1], mass)
-        tip, key = _tip("grip.object_mass_g"), "grip.object_mass_g"
-        found.append(Slider(key, "weight to lift", "g", tip, mass, low, high, 10.0))
+        found.append(Slider(key, "weight to lift", "g", _tip(key), mass, low, high, 10.0))
     return tuple(found)
 
 
@@ -123,14 +122,11 @@ def renewed(old: Sequence[Slider], new: Sequence[Slider]) -> tuple[Slider, ...]:
 def _of_body(design: Design) -> list[Slider]:
     body, found = design.body, list[Slider]()
     if body.step is None:
-        names = [("width_mm", "width"), ("base_height_mm", "base height")]
-        if body.shape == "arc":
-            names.append(("arc_radius_mm", "arc radius"))
-        if not body.kind.turned:
-            names.append(("depth_mm", "depth"))
-        for name, label in names:
-            value = getattr(body, name)
-            if value:
+        names = {"width_mm": "width", "base_height_mm": "base height"}
+        names |= {"arc_radius_mm": "arc radius"} if body.shape == "arc" else {}
+        names |= {} if body.kind.turned else {"depth_mm": "depth"}
+        for name, label in names.items():
+            if value := getattr(body, name):
                 found.append(_around(f"body.{name}", label, "mm", float(value)))
     own = design.materials.get(body.material)
     if own is not None and "." not in body.material:  # a dotted key would lead elsewhere
@@ -148,16 +144,15 @@ def _of_plates(design: Design) -> list[Slider]:
     found.append(_one_of("plates.thickness_mm", "plate thickness", "mm", plates.thickness_mm, sold))
     if not plates.count or plates.placement is not None:
         return found
-    names = (("length_mm", "plate length"), ("pitch_mm", "plate pitch"), ("cover_mm", "cover"))
-    own = [
-        _around(f"plates.{name}", label, "mm", float(getattr(plates, name)))
-        for name, label in names
-    ]
     key, most = "plates.count", max(_MOST_PLATES, 2.0 * plates.count)
-    count = Slider(key, "plates", "", f"{key}: in the row", plates.count, 2.0, most, 1.0)
+    found.append(Slider(key, "plates", "", f"{key}: in the row", plates.count, 2.0, most, 1.0))
     key = "plates.angle_deg"
-    angle = Slider(key, "plate angle", "°", _tip(key), plates.angle_deg, -90.0, 90.0, 1.0)
-    return [*found, count, angle, *own]
+    tip, angle = _tip(key), plates.angle_deg
+    found.append(Slider(key, "plate angle", "°", tip, angle, -90.0, 90.0, 1.0))
+    names = {"length_mm": "plate length", "pitch_mm": "plate pitch", "cover_mm": "cover"}
+    for name, label in names.items():
+        found.append(_around(f"plates.{name}", label, "mm", float(getattr(plates, name))))
+    return found
 
 
 def _of_gages(design: Design) -> list[Slider]:
@@ -188,9 +183,8 @@ def _one_of(key: str, label: str, unit: str, value: Value, options: Sequence[Val
 def _around(key: str, label: str, unit: str, value: float) -> Slider:
     """From half of a value to one and a half times it; the value itself lies on a step."""
     step = _round_step(value / _STEPS)
-    down = math.floor(0.5 * value / step)
-    digits = 9
-    low, high = round(value - down * step, digits), round(value + down * step, digits)
+    down = step * math.floor(0.5 * value / step)
+    low, high = round(value - down, 9), round(value + down, 9)
     return Slider(key, label, unit, _tip(key), value, low, high, step)
 
 

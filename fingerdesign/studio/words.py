@@ -23,38 +23,28 @@ def finding(now: Numbers) -> dict[str, str]:
     if now.touches:
         status = "pass" if now.ratio[-1] >= _LITTLE else "warning"
         status = "fail" if now.slips else status
-    texts = texts_of(WORDS)["holds"]
-    detail = texts.get(status, texts["other"]).format(
-        now=now,
-        normal=now.normal[-1],
-        tangential=now.tangential[-1],
-        percent=100.0 * (now.ratio[-1] or 0.0),
-    )
+    texts, percent = texts_of(WORDS)["holds"], 100.0 * (now.ratio[-1] or 0.0)
+    forces = {"normal": now.normal[-1], "tangential": now.tangential[-1]}
+    detail = texts.get(status, texts["other"]).format(now=now, percent=percent, **forces)
     return {"status": status, "question": texts["question"], "detail": " ".join(detail.split())}
 
 
 def table(now: Numbers, before: Numbers | None = None) -> list[list[str]]:
     """Rows of the numbers: name, unit, of the pinned state (if any), now."""
-    sides = ([before] if before is not None else []) + [now]
-    columns = [_cells(each) for each in sides]
-    heads = [(name, unit) for name, unit, _ in columns[0]]
-    return [
-        [name, unit, *(cells[row][2] for cells in columns)]
-        for row, (name, unit) in enumerate(heads)
-    ]
+    sides = [_cells(each) for each in (before, now) if each is not None]
+    return [[*head, *(cells[head] for cells in sides)] for head in sides[0]]
 
 
-def _cells(now: Numbers) -> list[tuple[str, str, str]]:
-    ratio = f"{now.ratio[-1]:.2f}" if now.touches else "–"
-    most = float(np.abs(now.signals).max(initial=0.0))
-    return [
-        ("normal force", "N", f"{now.normal[-1]:.3g}"),
-        ("tangential force", "N", f"{now.tangential[-1]:.3g}"),
-        ("contact width", "mm", f"{now.width:.2f}"),
-        ("stick ratio", "", ratio),
-        ("peak pressure", "MPa", f"{now.peak:.3g}"),
-        ("best gage, by shear", "µε", f"{most:.3g}"),
-    ]
+def _cells(now: Numbers) -> dict[tuple[str, str], str]:
+    """The number of each name and unit."""
+    return {
+        ("normal force", "N"): f"{now.normal[-1]:.3g}",
+        ("tangential force", "N"): f"{now.tangential[-1]:.3g}",
+        ("contact width", "mm"): f"{now.width:.2f}",
+        ("stick ratio", ""): f"{now.ratio[-1]:.2f}" if now.touches else "–",
+        ("peak pressure", "MPa"): f"{now.peak:.3g}",
+        ("best gage, by shear", "µε"): f"{np.abs(now.signals).max(initial=0.0):.3g}",
+    }
 
 
 def section_words(design: Design, now: Numbers | None) -> str:
