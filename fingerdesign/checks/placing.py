@@ -8,6 +8,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.checks.remedies import (
     CLOSE,
+    STAY,
     Change,
     Misplacement,
     greatest,
@@ -103,10 +104,7 @@ def side_findings(design: Design, row: PlateRow) -> list[Misplacement]:
         return found
 
     reported = f"{reach[worst]:.4g}" if np.isfinite(reach[worst]) else "beyond the surface"
-    bound = (
-        f"such that plates stay {LEAST_CLEARANCE_MM} mm inside |{axis}| = {half:g} "
-        f"(plate {frame.index} reaches {reported})"
-    )
+    bound = f"{STAY} inside |{axis}| = {half:g} (plate {frame.index} reaches {reported})"
     over, otherwise = float(min(reach[worst], 1e6)) - allowed, f"{_INWARD} or shorten them"
     return [Misplacement(key, value, bound, over, changes, otherwise)]
 
@@ -198,10 +196,8 @@ def _round(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
             found.insert(0, Change.to(f"set {key} to at most", key, at_most(narrow)))
         return found
 
-    bound = (
-        f"such that plates stay {LEAST_CLEARANCE_MM} mm inside the round section of radius "
-        f"{allowed + LEAST_CLEARANCE_MM:g} (plate {frame.index} reaches {reach[worst]:.4g})"
-    )
+    section = f"the round section of radius {allowed + LEAST_CLEARANCE_MM:g}"
+    bound = f"{STAY} inside {section} (plate {frame.index} reaches {reach[worst]:.4g})"
     over = float(reach[worst] - allowed)
     return [Misplacement(key, value, bound, over, changes, "shorten the row or narrow the plates")]
 
@@ -220,10 +216,7 @@ def wall_findings(design: Design, row: PlateRow) -> list[Misplacement]:
     key, value = row.blame(frame.index, name)
     if inside.min() >= LEAST_CLEARANCE_MM:
         key, value = row.key("span_mm"), row.value("span_mm")
-    bound = (
-        f"such that plates stay {LEAST_CLEARANCE_MM} mm inside the body's sides "
-        f"(plate {frame.index}: {distance:.4g})"
-    )
+    bound = f"{STAY} inside the body's sides (plate {frame.index}: {distance:.4g})"
     over = LEAST_CLEARANCE_MM - distance
     return [Misplacement(key, value, bound, over, list, "lower it or move the plates inward")]
 
@@ -273,11 +266,9 @@ def _cover(design: Design, number: int) -> list[Misplacement]:
         words = f"raise {key} to at least"
         return [] if raised is None else [Change.to(words, key, at_least(raised))]
 
-    reported = f"{distance:.4g}" if np.isfinite(distance) else "beyond it"
-    bound = (
-        f"such that plates lie {LEAST_CLEARANCE_MM} mm below the contact surface "
-        f"(plate {frame.index}: {reported})"
-    )
+    place = f"{distance:.4g}" if np.isfinite(distance) else "beyond it"
+    worst = f"(plate {frame.index}: {place})"
+    bound = f"such that plates lie {LEAST_CLEARANCE_MM} mm below the contact surface {worst}"
     return [Misplacement(key, value, bound, LEAST_CLEARANCE_MM - distance, changes, _INWARD)]
 
 
@@ -300,8 +291,5 @@ def _base(design: Design, row: PlateRow) -> list[Misplacement]:
             found.insert(0, Change.to(f"lower {key} to at most", key, at_most(lowered)))
         return found
 
-    bound = (
-        f"such that plates stay {LEAST_CLEARANCE_MM} mm above the base y = 0 "
-        f"(plate {frame.index}: {height:.4g})"
-    )
+    bound = f"{STAY} above the base y = 0 (plate {frame.index}: {height:.4g})"
     return [Misplacement(key, value, bound, short, changes, "move the plates upward")]

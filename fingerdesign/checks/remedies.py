@@ -18,6 +18,7 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.row_keys import PlateRow, with_key
 
 CLOSE = 1e-9  # Rounding of lengths, mm.
+STAY = f"such that plates stay {LEAST_CLEARANCE_MM} mm"  # how most bounds begin
 _HALVINGS = 18  # 10 mm to 0.04 micrometres.
 
 

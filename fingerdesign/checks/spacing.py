@@ -1,9 +1,11 @@
 """Plates too near to each other, to other rows' plates, or to the core."""
 
 from collections.abc import Callable
+from itertools import chain
 
 from fingerdesign.checks.placing import row_reach
 from fingerdesign.checks.remedies import (
+    STAY,
     Change,
     Misplacement,
     greatest,
@@ -27,16 +29,14 @@ _SHORTER = "shorten, thin or turn the plates, or lower plates.count"
 
 def spacing_findings(design: Design) -> list[Misplacement]:
     """Find plates too near to each other, row by row and row against row; or to the core."""
-    found: list[Misplacement] = []
     rows = plate_rows(design)
-    for row in rows:
-        found += _within(design, row)
-    for number in range(len(rows)):
-        for first in range(number):
-            found += _between(design, first, number)
-    for number in range(len(rows)):
-        found += _core(design, number)
-    return worst_by_key(found)
+    numbers = range(len(rows))
+    found = [
+        *(_within(design, row) for row in rows),
+        *(_between(design, first, number) for number in numbers for first in range(number)),
+        *(_core(design, number) for number in numbers),
+    ]
+    return worst_by_key(chain.from_iterable(found))
 
 
 def _least(design: Design) -> float:
@@ -95,16 +95,12 @@ def _between(design: Design, number: int, later: int) -> list[Misplacement]:
     gap, apart = least_gap(first.frames, second.frames), _least(design)
     if gap is None or gap.distance >= apart - 1e-9:
         return []
-    key = f"plates.rows[{second.number}].cover_mm"
-    shared = "cover_mm" not in second.own
-    value: object = second.table.cover_mm
-    if shared:
-        value = f"(absent: plates.cover_mm = {second.table.cover_mm:g})"
+    key, cover = f"plates.rows[{second.number}].cover_mm", second.table.cover_mm
+    value = cover if "cover_mm" in second.own else f"(absent: plates.cover_mm = {cover:g})"
 
     def changes() -> list[Change]:
         if len(first.frames) * len(second.frames) > _MOST_PAIRS:
             return []
-        cover = second.table.cover_mm
         lowest = min(frame.y for frame in second.frames)
         clear = mended_by(design, key, lambda trial: _between(trial, number, later))
         deeper = least(clear, cover, cover + max(lowest, apart))
@@ -134,13 +130,11 @@ def _core(design: Design, number: int) -> list[Misplacement]:
         return mended_by(design, key, lambda trial: _core(trial, number))
 
     def changes() -> list[Change]:
-        found = []
+        found, cover = [], row.table.cover_mm
         if not row.placed:
-            cover = row.table.cover_mm
             up = least(lambda less: clear(key)(cover - less), 0.0, cover - 0.01)
             if up is not None:
-                lowered = at_most(cover - up)
-                found.append(Change.to(f"lower {key} to at most", key, lowered))
+                found.append(Change.to(f"lower {key} to at most", key, at_most(cover - up)))
         high = "body.core.height_mm"
         most = greatest(clear(high), 0.1, core.height_mm)
         if most is not None:
@@ -148,9 +142,7 @@ def _core(design: Design, number: int) -> list[Misplacement]:
         return found
 
     near = "crosses it" if distance == 0 else f"comes within {distance:.4g}"
-    bound = (
-        f"such that plates stay {LEAST_CLEARANCE_MM} mm from the core (plate {frame.index} {near})"
-    )
+    bound = f"{STAY} from the core (plate {frame.index} {near})"
     short = LEAST_CLEARANCE_MM - distance
     remedy = "move the plates away from [body.core]"
     return [Misplacement(key, value, bound, short, changes, remedy)]
