@@ -15,14 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fingerdesign.analysis.case import Case, fundamental_scene
-from fingerdesign.analysis.fidelity.models import (
-    Dimension,
-    Plates,
-    Solved,
-    design_for,
-    section_sizes,
-    solve,
-)
+from fingerdesign.analysis.fidelity.models import Dimension, Plates, Solved, design_for, solve
 from fingerdesign.analysis.fidelity.readings import MICRO, Readings, readings_of
 from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
 from fingerdesign.analysis.path import follow_path, problem_at_touch, targets
@@ -85,7 +78,7 @@ class Solves:
         for scale in SPACE:
             model = rung(self.design, self.scene, "3-D", scale)
             own = design_for(self.design, model)
-            mesh = own.mesh.model_copy(update={"section": section_sizes(own, model)})
+            mesh = own.mesh.model_copy(update={"section": model.sizes})
             own = own.model_copy(update={"mesh": mesh})
             case = Case(own, self.scene, grips=False)
             counts = count_model(case, zone_of(case, self.scene))

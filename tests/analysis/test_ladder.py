@@ -50,7 +50,7 @@ class Law:
         self.tried: list[tuple[str, float]] = []
 
     def __call__(self, design, scene, model):
-        scale = model.sizes.contact / scene_sizes(design, scene, 1.0).contact
+        scale = model.sizes.contact_size_mm / scene_sizes(design, scene, 1.0).contact_size_mm
         flat = model.dimension == "plane strain"
         self.tried.append((model.dimension, round(scale, 3)))
         force = np.array([1.0, 2.0]) * (1.0 + self.error * scale**ORDER + self.price * flat)
@@ -74,7 +74,7 @@ def test_space_is_climbed_where_plane_strain_does_not_do():
     found = climb(DESIGN, SCENE, 0.02, law)
     assert found.reached
     assert found.chosen.model.dimension == "3-D"
-    scale = found.chosen.model.sizes.contact / scene_sizes(DESIGN, SCENE, 1).contact
+    scale = found.chosen.model.sizes.contact_size_mm / scene_sizes(DESIGN, SCENE, 1).contact_size_mm
     assert found.estimate.worst == pytest.approx(0.01 * scale**ORDER, rel=0.05)
     assert found.seconds == len(law.tried)
     assert "29 % here (F_n), target 2 %: given up" in found.tried[1].why
@@ -114,12 +114,16 @@ def test_a_scene_outside_the_section_is_not_tried_in_plane_strain():
 
 def test_sizes_follow_the_scene():
     deep = parse_scene("[object]\n[path]\nincrements_mm = [[0.4, 0.0]]")
-    assert scene_sizes(DESIGN, deep, 1.0).contact > 1.5 * scene_sizes(DESIGN, SCENE, 1.0).contact
+    assert (
+        scene_sizes(DESIGN, deep, 1.0).contact_size_mm
+        > 1.5 * scene_sizes(DESIGN, SCENE, 1.0).contact_size_mm
+    )
     nothing = parse_scene("[object]\n[path]\nincrements_mm = [[1e-9, 0.0]]")
-    assert scene_sizes(DESIGN, nothing, 1.0).contact > 1e-3 * DESIGN.body.width_mm
+    assert scene_sizes(DESIGN, nothing, 1.0).contact_size_mm > 1e-3 * DESIGN.body.width_mm
     sizes = scene_sizes(PLATED, SCENE, 1.0)
-    assert sizes.end < sizes.plate <= sizes.far
-    assert scene_sizes(PLATED, SCENE, 2.0).end == pytest.approx(2.0 * sizes.end)
+    assert sizes.plate_end_size_mm < sizes.plate_size_mm <= sizes.far_size_mm
+    twice = scene_sizes(PLATED, SCENE, 2.0).plate_end_size_mm
+    assert twice == pytest.approx(2.0 * sizes.plate_end_size_mm)
     wide = parse_design('design.name = "w"\nplates.count = 0\nbody.depth_mm = 60.0')
     assert layers(wide, 1.0) > layers(DESIGN, 1.0) >= 2
     assert [rung(PLATED, SCENE, "3-D", s).plates for s in SPACE_SCALES[:2]] == ["sheet", None]
@@ -163,7 +167,10 @@ def test_a_size_that_refines_nothing_judges_nothing():
     words = [each.why for each in found.tried if each.dimension == 3]
     assert words[1].startswith("hardly finer")
     assert found.tried[0].dofs == 100
-    assert found.chosen.model.sizes.contact < 2.5 * scene_sizes(DESIGN, SCENE, 1.0).contact
+    assert (
+        found.chosen.model.sizes.contact_size_mm
+        < 2.5 * scene_sizes(DESIGN, SCENE, 1.0).contact_size_mm
+    )
 
 
 def readings(normal=(1.0, 2.0), tangential=(0.0, 1.0), stick=(1.0, 0.5), gages=None, face="both"):

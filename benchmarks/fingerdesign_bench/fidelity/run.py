@@ -44,7 +44,7 @@ class Recorded:
 
 def model_key(model: Model) -> str:
     """Name of a rung, different from those of the pair's others."""
-    return f"{model.name}, {model.sizes.far:.3g}"
+    return f"{model.name}, {model.sizes.far_size_mm:.3g}"
 
 
 def plain(readings: Readings) -> Record:

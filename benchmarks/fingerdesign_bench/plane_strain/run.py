@@ -84,11 +84,11 @@ def compare(point: Point) -> Record:
 
 def models_of(point: Point) -> tuple[Model, Model]:
     """Plane strain and 3-D on the same section."""
-    from fingerdesign.analysis.fidelity.models import Model, Sizes
+    from fingerdesign.analysis.fidelity.models import Model
+    from fingerdesign.design.mesh import SectionMesh
 
-    mesh = point.mesh
-    edges = (mesh.contact_size_mm, mesh.plate_size_mm, mesh.plate_end_size_mm, mesh.far_size_mm)
-    sizes = Sizes(*edges, mesh.gradation)
+    own = {name: getattr(point.mesh, name) for name in SectionMesh.model_fields}
+    sizes = SectionMesh.model_construct(**own)
     return (
         Model("plane strain", sizes, element="mixed"),
         Model("3-D", sizes, layers=point.layers, mesher="sweep", element="mixed"),

@@ -34,26 +34,15 @@ Plates = Literal["solid", "sheet", "none"]
 
 
 @dataclass(frozen=True)
-class Sizes:
-    """Element edges, mm: at the contact, along the plates, at their ends, anywhere at the most."""
-
-    contact: float
-    plate: float
-    end: float
-    far: float
-    gradation: float = 0.3
-
-
-@dataclass(frozen=True)
 class Model:
     """The way in which one solve models a finger.
 
-    layers: of an extruded finger, in half its depth. plates, mesher (where it is in space) and
-    element: None as the design says.
+    sizes: element edges, as of a section. layers: of an extruded finger, in half its depth. plates,
+    mesher (where it is in space) and element: None as the design says.
     """
 
     dimension: Dimension
-    sizes: Sizes
+    sizes: SectionMesh
     layers: int = 8
     plates: Plates | None = None
     mesher: str | None = None
@@ -62,7 +51,7 @@ class Model:
     @property
     def name(self) -> str:
         """A few words: "3-D, 0.4 mm, 8 layers"."""
-        words = [self.dimension, f"{self.sizes.contact:.3g} mm"]
+        words = [self.dimension, f"{self.sizes.contact_size_mm:.3g} mm"]
         words += [f"{self.layers} layers"] if self.mesher == "sweep" else []
         words += [f"plates {self.plates}"] if self.plates else []
         return ", ".join(words)
@@ -105,8 +94,8 @@ def design_for(design: Design, model: Model) -> Design:
     """The design with the keys of ``[mesh]`` and ``plates.model`` that the model asks for."""
     values: dict[str, object] = {}
     if model.dimension == "3-D":
-        for name in ("contact", "plate", "far"):
-            values[f"mesh.{name}_size_mm"] = max(getattr(model.sizes, name), 0.01)
+        for name in ("contact_size_mm", "plate_size_mm", "far_size_mm"):
+            values[f"mesh.{name}"] = max(getattr(model.sizes, name), 0.01)
         values["mesh.layers"] = model.layers
     if model.mesher is not None and model.mesher != design.mesh.mesher:
         values |= {"mesh.mesher": model.mesher}
@@ -171,20 +160,11 @@ class InTurn:
 
 
 def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
-    sizes = section_sizes(design, model)
     if model.dimension == "plane strain":
-        return mesh_section(design, zone.half_width, sizes)
+        return mesh_section(design, zone.half_width, model.sizes)
     if mesher_name(design) == "sweep":
-        return extrude(design, zone, symmetric, sizes)
+        return extrude(design, zone, symmetric, model.sizes)
     return make_mesh(design, "3d", zone, symmetric)
-
-
-def section_sizes(design: Design, model: Model) -> SectionMesh:
-    """The keys of ``[mesh.section]`` that the model asks for."""
-    sizes = model.sizes
-    keys = {"contact_size_mm": sizes.contact, "plate_size_mm": sizes.plate}
-    keys |= {"plate_end_size_mm": sizes.end, "far_size_mm": sizes.far}
-    return design.mesh.section.model_copy(update=keys | {"gradation": sizes.gradation})
 
 
 def _follow(design: Design, scene: Scene, problem: ContactProblem) -> list[Step]:

@@ -16,10 +16,11 @@ five plates, 8 mm deep, against 300k equations; a homogeneous finger, 3.5 mm dee
 
 import math
 
-from fingerdesign.analysis.fidelity.models import Dimension, Model, Sizes
+from fingerdesign.analysis.fidelity.models import Dimension, Model
 from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.meshing import plane_strain_faults
+from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
@@ -41,7 +42,7 @@ _GRADATION = 0.5
 _FARTHEST = 0.4  # of the crest's height
 
 
-def scene_sizes(design: Design, scene: Scene, scale: float) -> Sizes:
+def scene_sizes(design: Design, scene: Scene, scale: float) -> SectionMesh:
     """Element sizes for what the scene will do to the finger.
 
     Contact facets: a twentieth of the contact's forecast half-width; along the plates 0.2 of the
@@ -57,11 +58,11 @@ def scene_sizes(design: Design, scene: Scene, scale: float) -> Sizes:
     frames = plate_frames(design) if design.plates.number else ()
     length = min((frame.length for frame in frames), default=far / _PLATE)
     thickness = min((frame.thickness for frame in frames), default=far / _END)
-    return Sizes(
-        contact=contact * scale,
-        plate=min(max(_PLATE * length, 1e-3) * scale, length),
-        end=_END * thickness * scale,
-        far=min(far * scale, _FARTHEST * float(crest_height(design.body))),
+    return SectionMesh.model_construct(
+        contact_size_mm=contact * scale,
+        plate_size_mm=min(max(_PLATE * length, 1e-3) * scale, length),
+        plate_end_size_mm=_END * thickness * scale,
+        far_size_mm=min(far * scale, _FARTHEST * float(crest_height(design.body))),
         gradation=_GRADATION if scale >= 1.0 else _GRADATION * max(scale, 0.5),
     )
 
