@@ -310,8 +310,6 @@ def _range(values: Array) -> tuple[float, float]:
 
 def parameters(design: Design, scene: Scene) -> dict[str, object]:
     """The keys of design and scene (``scene.``) in dotted form, for tables and comparison."""
-    given = {
-        **design.model_dump(mode="json", exclude={"assumed"}),
-        "scene": scene.model_dump(mode="json"),
-    }
+    own = design.model_dump(mode="json", exclude={"assumed"})
+    given = own | {"scene": scene.model_dump(mode="json")}
     return portable(dict(leaves(given)))

@@ -70,17 +70,14 @@ def centroid_strain(mesh: Mesh, displacement: Array) -> Array:
     displacement (n, dim), mm. xy, xz, yz: engineering shear; zz = xz = yz = 0 in 2-D.
     The geometry is isoparametric: du/dx = (du/dxi) (dx/dxi)^-1 with the quadratic shape functions.
     """
-    dimension = mesh.dimension
     slopes = tabulate(mesh.kind, centre(mesh.kind)[:, None]).gradient[..., 0]
     jacobian = np.einsum("cai,ak->cik", mesh.points[mesh.cells], slopes)
     local = np.einsum("cai,ak->cik", displacement[mesh.cells], slopes)
     gradient = local @ np.linalg.inv(jacobian)
     strain = np.zeros((len(mesh.cells), 6))
-    for axis in range(dimension):
-        strain[:, axis] = gradient[:, axis, axis]
-    pairs = ((0, 1),) if dimension == 2 else ((0, 1), (0, 2), (1, 2))
-    for column, (i, j) in enumerate(pairs, start=3):
-        strain[:, column] = gradient[:, i, j] + gradient[:, j, i]
+    strain[:, : mesh.dimension] = np.einsum("cii->ci", gradient)
+    i, j = np.triu_indices(mesh.dimension, 1)
+    strain[:, 3 : 3 + len(i)] = gradient[:, i, j] + gradient[:, j, i]
     return 1e6 * strain
 
 

@@ -31,12 +31,9 @@ def _motion_faults(scene: Scene, design: Design) -> list[Fault]:
         return _friction_faults(scene)
     limit = MOST_MOTION * crest_height(design.body)
     height = f"within {limit:.4g} mm, half of the finger's height"
-    bounds = (
-        (limit, f"an approach {height}", _LESS),
-        (limit, f"a shear {height}", _LESS),
-        (limit, f"a shear_z {height}", _LESS),
-        (MOST_TWIST_DEG, f"a twist within {MOST_TWIST_DEG:g} degrees", _TURN_LESS),
-    )
+    motions = ("an approach", "a shear", "a shear_z")
+    bounds = [(limit, f"{motion} {height}", _LESS) for motion in motions]
+    bounds.append((MOST_TWIST_DEG, f"a twist within {MOST_TWIST_DEG:g} degrees", _TURN_LESS))
     faults: list[Fault] = []
     rows = np.array([[*row, 0.0, 0.0][:4] for row in scene.path.rows])
     for column, (most, bound, remedy) in enumerate(bounds):

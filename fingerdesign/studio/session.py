@@ -280,9 +280,9 @@ class Session:
             "picked": self.picked,
             "pinned": self._pinned_words(),
             "sketch": section(self.design, now, self.picked),
-            "sketch_before": section(pinned.design, before) if pinned is not None else "",
+            "sketch_before": "" if pinned is None else section(pinned.design, before),
             "shape": self._shape(self.design),
-            "shape_before": self._shape(pinned.design) if pinned is not None else None,
+            "shape_before": None if pinned is None else self._shape(pinned.design),
         }
         if now is not None:
             found |= {

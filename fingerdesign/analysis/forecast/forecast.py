@@ -8,6 +8,7 @@ they cost from fitted laws and this machine's measured speed (runtime/machine.py
 
 import functools
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 from fingerdesign.analysis.answers import requested_products
@@ -272,11 +273,9 @@ def forecasts(design: Design, scene: Scene | None = None) -> list[Forecast]:
     found = []
     for fidelity in ("plane-strain", "3d"):
         case = Case(design, scene, fidelity, go_on=True)
-        try:
+        with suppress(DesignError, MeshError):  # it cannot be analysed so: the analysis says why
             if not impossible(case, case.path_scene):
                 found.append(forecast_case(case))
-        except (DesignError, MeshError):
-            continue  # it cannot be analysed so: the analysis says why
     return found
 
 

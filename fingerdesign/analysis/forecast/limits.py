@@ -1,6 +1,7 @@
 """Models that this machine cannot hold: refused before work, with what to make coarser."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -102,13 +103,10 @@ def _fidelities(case: Case, free: float) -> list[str]:
     found = []
     for fidelity in ("plane-strain", "auto") if case.fidelity == "3d" else ():
         other = replace(case, fidelity=fidelity, go_on=True)
-        try:
-            if impossible(other, case.path_scene):
-                continue
-            fits = fidelity == "auto" or _fits(forecast_case(other), free)
-        except (DesignError, MeshError, GeometryError):
-            continue
-        found += [f"--fidelity {fidelity}"] if fits else []
+        with suppress(DesignError, MeshError, GeometryError):
+            sound = not impossible(other, case.path_scene)
+            if sound and (fidelity == "auto" or _fits(forecast_case(other), free)):
+                found.append(f"--fidelity {fidelity}")
     return found
 
 
