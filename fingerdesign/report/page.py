@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from html import unescape
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -201,8 +202,6 @@ def term_pattern() -> re.Pattern[str]:
 
 def add_definitions(page: str) -> str:
     """The page with the first use of each term in <main> as a button that opens its definition."""
-    from html import unescape
-
     used: dict[str, Entry] = {}
 
     def button(match: re.Match[str]) -> str:

@@ -7,6 +7,7 @@ a CSS variable with the print colour as its fallback, so one figure serves light
 """
 
 import base64
+import html
 import io
 import re
 from collections.abc import Iterator, Sequence
@@ -145,8 +146,6 @@ def to_png(figure: Canvas) -> bytes:
 
 def inline_svg(text: str, key: str, alternative: str) -> str:
     """A drawing's SVG file as an element: ids made unique by ``key``, colours as CSS variables."""
-    import html
-
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'\bid="|url\(#|href="#', rf"\g<0>{key}-", text)
@@ -159,8 +158,6 @@ def inline_svg(text: str, key: str, alternative: str) -> str:
 
 def png_element(png: bytes, alternative: str) -> str:
     """A PNG as an <img> with the data inside."""
-    import html
-
     data = base64.b64encode(png).decode("ascii")
     name = html.escape(alternative, quote=True)
     return f'<img src="data:image/png;base64,{data}" alt="{name}">'

@@ -31,7 +31,6 @@ from fingerdesign.report.figure import (
     corners,
     fans,
     finger_in_space,
-    merge_triangles,
     micrometres,
     number,
     places,
@@ -128,9 +127,9 @@ def _plates(analysis: Analysis) -> Iterator[Painted]:
     """The plates, as they are cast (holes left out), in the colours of what their gages read."""
     if not analysis.plates:
         return
-    solids = [triangles_of([solid]) for solid in solids_of(analysis.plates)]
-    drawn = merge_triangles((solid.vertices, solid.triangles) for solid in solids).drawn()
-    trace = {"name": "plates", **LOOKS["solid"], **LOOKS["finger"]["plates"], **(drawn or {})}
+    solids = solids_of(analysis.plates)
+    drawn = triangles_of(solids).drawn() or {}
+    trace = {"name": "plates", **LOOKS["solid"], **LOOKS["finger"]["plates"], **drawn}
     rows = analysis.result.increments
     if not rows or len(rows[0].gages) != len(solids):
         yield Painted(trace, np.zeros((0, 0)))
@@ -140,8 +139,7 @@ def _plates(analysis: Analysis) -> Iterator[Painted]:
     scale = [[0.0, "--blue"], [0.5, "--open"], [1.0, "--vermilion"]]
     bar = _bar("gages (microstrain)", 0.76)
     look = {"colorscale": scale, "cmin": -most, "cmax": most, "colorbar": bar}
-    counts = [len(solid.triangles) for solid in solids]
-    owner = np.arange(len(solids)).repeat(counts)
+    owner = np.arange(len(solids)).repeat([solid.num_tri() for solid in solids])
     yield Painted({**trace, **look, "intensitymode": "cell"}, readings[:, owner])
 
 
