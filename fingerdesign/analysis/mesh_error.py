@@ -1,12 +1,9 @@
 """The share of the mesh in the errors of an analysis: the same path on a coarser mesh.
 
-An answer on elements of size h is taken to be off by c h^p. The same path on elements COARSER
-times as large differs by D, so the answer itself is off by about
-
-    D / (COARSER^p - 1)
-
-(Richardson). fTetWild's meshes are too irregular for that: such an answer is compared with a swept
-mesh, which has a comparable error, and the whole difference is taken as the answer's own.
+The elements are COARSER times as large, and :func:`~fingerdesign.analysis.path_error.richardson`
+says how far the answer itself is off. fTetWild's meshes are too irregular for that: such an answer
+is compared with a swept mesh, which has a comparable error, and the whole difference is taken as
+the answer's own.
 """
 
 from concurrent.futures import Future, ThreadPoolExecutor

@@ -21,7 +21,7 @@ _ORDERS = {"normal_force": 1.0, "tangential_force": 1.0, "stick_ratio": 1.5, "ga
 def path_error(
     problem: ContactProblem, path: ScenePath, face: str, steps: Sequence[Step]
 ) -> ErrorEstimate | None:
-    """Estimate how far steps are from those of ever shorter increments, by Richardson's rule.
+    """Estimate how far steps are from those of ever shorter increments.
 
     A second path has half as many increments a row, or two where the first has one. None where it
     has no answer.
@@ -38,7 +38,10 @@ def path_error(
 
 
 def richardson(apart: dict[str, float], times: float, orders: dict[str, float]) -> ErrorEstimate:
-    """Errors from the distances to an answer on pieces ``times`` as long: D / |times^p - 1|."""
+    """Errors from the distances D to an answer on elements or increments ``times`` as long.
+
+    An answer of size h is taken to be off by c h^p: D / |times^p - 1|, p = ``orders``.
+    """
     errors = {name: each / abs(times ** orders[name] - 1.0) for name, each in apart.items()}
     return ErrorEstimate(**errors)
 

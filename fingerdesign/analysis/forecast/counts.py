@@ -41,23 +41,18 @@ from fingerdesign.mesh.tetra.ways import THICK, sized_frames
 from fingerdesign.mesh.types import Mesh
 
 EQUILATERAL = np.sqrt(3.0) / 4.0
-# fTetWild made 1.65 times the integral on 20 random designs, 3.1 times where
-# plates have holes (3 of them): their rims are finer than any size names. Scatter 22 % (a standard
-# deviation), 0.7 to 1.7 times.
+# fTetWild made 1.65 times the integral on 20 random designs, 3.1 times where plates have holes (3
+# of them): their rims are finer than any size names. Scatter 22 % (a standard deviation), 0.7 to
+# 1.7 times.
 MADE, MADE_WITH_HOLES = 1.65, 3.1
 # Facets of the contact zone over the like integral of its surface.
 MADE_AT_CONTACT = 0.68
-# How many triangles netgen will make of a section, from the outline that it is given.
+# Netgen's size in a section is the least, over all points, curves and domains of the outline that
+# it is given, of their own size grown with the distance, s + gradation x distance. Meshing takes
+# 0.1 to 2.5 s of a core and 0.2 s to load netgen, this 0.003 to 0.09 s; a refusal for lack of
+# memory counts dozens of models. Of the ten shipped parametric designs netgen makes 0.95 to 1.07
+# times the triangles found here.
 #
-# The size that netgen keeps to is the least, over all points, curves and domains of the outline, of
-# their own size grown with the distance, s + gradation x distance. Triangles are then the integral
-# of 1 / (sqrt(3)/4 h^2) over the section, times what netgen was found to make of it.
-#
-# Meshing it and counting takes 0.1 s (`homogeneous`), 0.7 s (`maeno2000`) to 2.5 s (`wide`) of a
-# core and 0.2 s to load netgen, this 0.003 to 0.09 s; a check counts two models, a refusal for lack
-# of memory dozens, of meshes that may be too large to be made. Of the ten shipped parametric
-# designs netgen makes 0.95 to 1.07 times the triangles found here.
-
 # Netgen grades faster than requested where the request is small. Of the mixtures tried on 153
 # sections (51 random and shipped designs; the design's own sizes, those of extruding, random ones
 # with gradations of 0.1 to 0.5) this one scattered least: triangles made over the integral 1.10,
