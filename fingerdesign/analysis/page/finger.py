@@ -4,14 +4,13 @@ A slider goes along the increments; menus choose the colours of the contact, how
 and from where it is seen.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page.section import section_svg
 from fingerdesign.analysis.page.surfaces import LIFT, Surface, gage_quads, patch_of, surface_of
 from fingerdesign.analysis.page.tables import FIGURES
@@ -38,9 +37,6 @@ from fingerdesign.report.figure import (
 )
 from fingerdesign.report.style import ReportFigure
 from fingerdesign.report.table import without_noise
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.analysis import Analysis
 
 # A core is drawn in front of the section that it lies in.
 _FORWARD = np.array([0.0, 0.0, LIFT])

@@ -4,12 +4,10 @@ The section is at z = 0 (x, y) or, along z, at x = 0 (z, y). Only the design is 
 drawing is there at once.
 """
 
-from __future__ import annotations
-
 import html
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +20,6 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.row_keys import PlateRow
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.report import style
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _FINE = 241  # Points of an outline.
 _WIDTH = 560.0  # Of an SVG, in its own units.
@@ -277,7 +272,7 @@ def section_svg(
     return f'<svg {view} role="img" aria-label="{name}">{inside}</svg>'
 
 
-def draw_shapes(axes: Axes, shapes: Sequence[Shape]) -> None:
+def draw_shapes(axes: style.Axes, shapes: Sequence[Shape]) -> None:
     """Draw shapes with equal scales, without ticks."""
     label: dict[str, Any] = {"ha": "center", "va": "center", "rotation_mode": "anchor"}
     label["bbox"] = {"facecolor": style.PAPER, "edgecolor": "none", "pad": 0.8, "alpha": 0.9}

@@ -1,10 +1,7 @@
 """A dimensioned drawing of a design: its section, its side, one plate enlarged, and the facts that
 no dimension line shows. Lengths in mm, angles in degrees."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,11 +17,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.row_keys import plate_rows
 from fingerdesign.report import style
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
 
-
-def draw_sketch(design: Design) -> Canvas:
+def draw_sketch(design: Design) -> style.Canvas:
     """The drawing. Call it, and save what it returns, inside ``style.house_style()``."""
     figure = style.canvas(9.0, 6.4)
     rows = plate_rows(design)
