@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.records.result import IncrementResult
 
 # Of a column's scale, or of its unit (N, mm, MPa, microstrain) if that is more: rounding noise.
 NOISE = 1e-9
 
 
-def without_noise(
-    values: Iterable[float | None] | NDArray[np.float64], scale: float = 0.0
-) -> np.ndarray:
+def without_noise(values: Iterable[float | None] | Array, scale: float = 0.0) -> np.ndarray:
     """The values with rounding noise, and minus zero, made zero; None becomes NaN.
 
     scale: the largest value of what they are compared with; their own largest counts anyway.

@@ -7,10 +7,9 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.analysis.page.surfaces import LIFT, gage_quads
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import content_of
@@ -33,7 +32,7 @@ _ARC_STEP_DEG = 7.0  # Between neighbouring facets: half of what counts as an ed
 _LEAST_PIECES = 4
 _DOME_LINES = 11  # Along z.
 
-Covered = Callable[[Array], NDArray[np.bool_]]
+Covered = Callable[[Array], BoolArray]
 
 
 def finger_parts(design: Design, frames: Sequence[PlateFrame]) -> Figure:
@@ -107,10 +106,10 @@ def step_grid(body: Body, content: str) -> tuple[tuple[Array, Array, Array], flo
         for size in (body.width_mm, body.depth_mm)
     )
 
-    def known(x: Array, z: Array) -> NDArray[np.bool_]:
+    def known(x: Array, z: Array) -> BoolArray:
         return np.isfinite(surface_height(body, x, z))
 
-    def covered(x: Array) -> NDArray[np.bool_]:
+    def covered(x: Array) -> BoolArray:
         return np.asarray(known(x[:, None], deep).any(axis=1))
 
     there = np.flatnonzero(covered(wide))
