@@ -20,21 +20,8 @@ from fingerdesign.errors import FingerDesignError, PictureError
 from fingerdesign.layout.gaps import solids_of
 from fingerdesign.records.arrays import OPEN, SLIP, STICK
 from fingerdesign.records.result import Result
-from fingerdesign.report.figure import (
-    LOOKS,
-    START,
-    Figure,
-    Triangles,
-    camera,
-    caption_chart,
-    corners,
-    fans,
-    finger_in_space,
-    micrometres,
-    number,
-    places,
-    triangles_of,
-)
+from fingerdesign.report import figure as draw
+from fingerdesign.report.figure import LOOKS, START, Figure, Triangles
 from fingerdesign.report.style import ReportFigure
 from fingerdesign.report.table import without_noise
 
@@ -84,8 +71,8 @@ def finger_figure(analysis: Analysis, increment: int | None = None) -> Figure:
     painted = [*_plates(analysis), *_contact(analysis)]
     low, high = body.points.min(axis=0), body.points.max(axis=0)
     shown = Triangles(body.points, body.whole)
-    gages = analysis.gages and fans(gage_quads(analysis.plates, analysis.gages)).drawn()
-    figure = finger_in_space(
+    gages = analysis.gages and draw.fans(gage_quads(analysis.plates, analysis.gages)).drawn()
+    figure = draw.finger_in_space(
         {
             "body": {**(shown.drawn() or {}), "color": RUBBER, "opacity": SEEN_THROUGH["body"]},
             "core": core and Triangles(core.points + _FORWARD, core.whole).drawn(),
@@ -124,14 +111,14 @@ def _plates(analysis: Analysis) -> Iterator[Painted]:
     if not analysis.plates:
         return
     solids = solids_of(analysis.plates)
-    drawn = triangles_of(solids).drawn() or {}
+    drawn = draw.triangles_of(solids).drawn() or {}
     trace = {"name": "plates", **LOOKS["solid"], **LOOKS["finger"]["plates"], **drawn}
     rows = analysis.result.increments
     if not rows or len(rows[0].gages) != len(solids):
         yield Painted(trace, np.zeros((0, 0)))
         return
     readings = without_noise(np.array([[gage.reading for gage in row.gages] for row in rows]))
-    most = number(np.abs(readings).max()) or 1.0
+    most = draw.number(np.abs(readings).max()) or 1.0
     scale = [[0.0, "--blue"], [0.5, "--open"], [1.0, "--vermilion"]]
     bar = _bar("gages (microstrain)", 0.76)
     look = {"colorscale": scale, "cmin": -most, "cmax": most, "colorbar": bar}
@@ -148,7 +135,7 @@ def _contact(analysis: Analysis) -> Iterator[Painted]:
     flat = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
     common = {**LOOKS["solid"], "lighting": flat, "visible": False, "opacity": CONTACT}
     points, triangles, owner = patch.apart()
-    apart = places(points) | corners(triangles)
+    apart = draw.places(points) | draw.corners(triangles)
     steps = [k / len(_STATUS) for k in range(len(_STATUS) + 1)]
     scale = [[end, each[1]] for k, each in enumerate(_STATUS) for end in steps[k : k + 2]]
     ticks = {"tickvals": [each[0] for each in _STATUS], "ticktext": [each[2] for each in _STATUS]}
@@ -159,7 +146,7 @@ def _contact(analysis: Analysis) -> Iterator[Painted]:
         contact.status[:, owner].astype(float),
         6 * patch.half,
     )
-    drawn = places(patch.points) | corners(patch.triangles)
+    drawn = draw.places(patch.points) | draw.corners(patch.triangles)
     sizes = [np.linalg.norm(each, axis=2) for each in (contact.tangential_traction, contact.slip)]
     shades = {
         "pressure (MPa)": contact.normal_traction,
@@ -167,7 +154,7 @@ def _contact(analysis: Analysis) -> Iterator[Painted]:
         "slip (mm)": sizes[1],
     }
     for name, values in shades.items():
-        most = number(values.max(initial=0.0)) or 1.0
+        most = draw.number(values.max(initial=0.0)) or 1.0
         look = {"colorscale": "Cividis", "cmin": 0.0, "cmax": most}
         trace = {"name": name, **common, **drawn, **look, "colorbar": _bar(name, 0.24)}
         yield Painted(trace, without_noise(values)[:, patch.owner], patch.half)
@@ -195,12 +182,12 @@ def _moved(analysis: Analysis, body: Surface) -> dict[int, Figure]:
     most = float(max(each.max() for each in sizes))
     if most < UNMOVED_MM:
         return {}
-    look = {**LOOKS["solid"], **corners(body.whole), "colorscale": "Cividis", "visible": False}
-    look |= {"cmin": 0.0, "cmax": number(most), "name": MOVED}
+    look = {**LOOKS["solid"], **draw.corners(body.whole), "colorscale": "Cividis", "visible": False}
+    look |= {"cmin": 0.0, "cmax": draw.number(most), "name": MOVED}
     found: dict[int, Figure] = {}
     for increment, shape, size in zip(fields.increments, shapes, sizes, strict=True):
         bar = {"showscale": False} if found else {"colorbar": _bar(MOVED, 0.24)}
-        found[increment] = {**look, **places(shape), **bar, "intensity": _shades(size, most)}
+        found[increment] = {**look, **draw.places(shape), **bar, "intensity": _shades(size, most)}
     return found
 
 
@@ -236,8 +223,8 @@ def _dimensions(points: Array, keys: Mapping[str, Any]) -> tuple[list[Figure], A
     plain = {**LOOKS["edges"], "line": {"color": "--muted", "width": 2}}
     scale = {**LOOKS["edges"], "line": {"color": "--ink", "width": 7}}
     return [
-        {"name": "dimensions", **plain, **places(lines[:3].reshape(-1, 3))},
-        {"name": "scale", **scale, **places(lines[3])},
+        {"name": "dimensions", **plain, **draw.places(lines[:3].reshape(-1, 3))},
+        {"name": "scale", **scale, **draw.places(lines[3])},
     ], words
 
 
@@ -251,7 +238,7 @@ def _near(size: Array) -> float:
 
 
 def _place(point: Sequence[float] | Array) -> Figure:
-    return dict(zip("xyz", micrometres(point), strict=True))
+    return dict(zip("xyz", draw.micrometres(point), strict=True))
 
 
 def _add_menus(figure: Figure, painted: Sequence[Painted], surfaces: Mapping[str, Surface]) -> None:
@@ -265,7 +252,7 @@ def _add_menus(figure: Figure, painted: Sequence[Painted], surfaces: Mapping[str
         name: [{"visible": [name != MOVED, *(data[j]["name"] == name for j in kinds)]}, own]
         for name in names
     }
-    views = {name: [{"scene.camera": camera(*at)}] for name, at in VIEWS.items()}
+    views = {name: [{"scene.camera": draw.camera(*at)}] for name, at in VIEWS.items()}
     menus = {
         "Contact": ("restyle", colours),
         "Body": ("restyle", _bodies(painted, surfaces, place)),
@@ -331,7 +318,7 @@ def _bodies(
     traces = [*(place[name] for name in surfaces), *(place[each.trace["name"]] for each in cut)]
 
     def look(opacity: Sequence[float], half: bool) -> list[Any]:
-        found = [corners(each.half if half else each.whole) for each in surfaces.values()]
+        found = [draw.corners(each.half if half else each.whole) for each in surfaces.values()]
         found += [{k: each.trace[k][: each.half if half else None] for k in "ijk"} for each in cut]
         dense = [*opacity, *(CONTACT for _ in cut)]
         return [{"opacity": dense} | {k: [each[k] for each in found] for k in "ijk"}, traces]
@@ -362,7 +349,7 @@ def finger_report(analysis: Analysis) -> ReportFigure:
     values = {"plates": count or "no", "most": moved[0]["cmax"] if moved else 0.0}
     values["stored"] = " and ".join(f"{each + 1}" for each in stored) or "none"
     still = still_picture(analysis.result)
-    return caption_chart(figure, FIGURES, "space", still=still, **values)
+    return draw.caption_chart(figure, FIGURES, "space", still=still, **values)
 
 
 def still_picture(result: Result) -> str:
