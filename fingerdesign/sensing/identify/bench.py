@@ -1,12 +1,9 @@
 """Bench of a finger on its model (docs/how_to/identify.md), with noise and without."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,6 +24,7 @@ from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.control.trace import trace_of
 from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import ContactOf
 from fingerdesign.mesh.make import mesher_name
@@ -36,9 +34,6 @@ from fingerdesign.runtime.threads import in_threads
 from fingerdesign.sensing.model import BenchFinger, against, against_plane, meshed_for_grips
 from fingerdesign.sensing.perturb.faults import ALL
 from fingerdesign.sensing.perturb.finger import perturb
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 TILT_DEG = 2.0  # The protocol tilts the surface by this much.
 MOST_LEAN_DEG = 3.0  # The contact's zone covers this lean of the bench itself.

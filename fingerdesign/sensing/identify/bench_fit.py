@@ -28,18 +28,16 @@ sensitivities are those there. Cross-talk and the force cells' gains are not fit
 values (docs/how_to/identify.md).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import lsq_linear
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.control.bench_curves import BenchCurves, Phase, Points, Slide, pressed
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.fem.factor import orders_held
 from fingerdesign.fem.memory import memory_kept
@@ -51,9 +49,6 @@ from fingerdesign.sensing.identify.bench import (
 )
 from fingerdesign.sensing.identify.latents import MOST_POISSON, Latent, latents_of, with_latents
 from fingerdesign.sensing.identify.sensitivities import differences
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 # Deviations between the model and a fine one of `sensitive`, doubled: along a gage's curve they
 # differ alike, so its points carry less information than as many independent ones. In 3-D they are

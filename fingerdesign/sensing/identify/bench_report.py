@@ -4,35 +4,31 @@ found = calibrated_finger(design, Path("measured"), estimator)
 write_calibration(found, folder)        # calibration.json, estimator.json, fitted.toml
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.control.bench_curves import Kind, Phase, bench_curves
 from fingerdesign.control.bench_table import TABLE, read_bench, table_text
+from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.design.io import dump_design
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.records.base import Count, Size, closed, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.progress import Report
+from fingerdesign.sensing.identify.bench import SimulatedBench
 from fingerdesign.sensing.identify.bench_fit import LatentFit, Measured, Noise, fit_latents
 from fingerdesign.sensing.identify.joined_curves import joined_calibration
 from fingerdesign.sensing.identify.latents import AXES, TOLERANCE
 from fingerdesign.sensing.model import gripped_case
 from fingerdesign.version import versions
-
-if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
-    from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.schema import Design
-    from fingerdesign.sensing.identify.bench import SimulatedBench
 
 RECORD_FILE, ESTIMATOR_FILE, FITTED_FILE = "calibration.json", "estimator.json", "fitted.toml"
 DRAWN_FILE = "drawn.toml"

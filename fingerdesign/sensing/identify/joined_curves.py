@@ -9,8 +9,6 @@ differ by, or by what the fit leaves. With m measured and f fitted, of deviation
 and past either end of what was measured its last difference goes on.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,20 +1,16 @@
 """Hidden values of a finger: its plates' places, its moduli, its gages' gains, its bench's lean."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.sensing.perturb.finger import placement_keys, places_of, training_faults
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 _EVEN = 3.0**-0.5  # The standard deviation of values that lie evenly between -1 and 1.
 # Standard deviations before the fit: those of sensing/perturb's draws; the touch is seen by eye.

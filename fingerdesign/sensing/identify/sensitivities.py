@@ -4,11 +4,9 @@ One condensation gives those of every place and modulus. Points of each phase ar
 slopes, and what comes of the points, curves, is taken again: of closed forms a difference will do.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -18,6 +16,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.bench_curves import BenchCurves, Phase, bench_curves
+from fingerdesign.design.schema import Design
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.threads import in_threads
 from fingerdesign.sensing.identify.bench import (
@@ -38,9 +37,6 @@ from fingerdesign.sensitivity.derive import (
 from fingerdesign.sensitivity.model import response_fields
 from fingerdesign.sensitivity.path import near_nodes, needed_dofs
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 _ROUNDING = 1e-3  # Of forces, next to the largest: a third of the rates' work less.
 _SHARE = 0.01  # Of a latent's step: so near, curves between points keep their pieces.

@@ -4,22 +4,19 @@ until all slips, a hold, by another modulus, rubber that relaxes, drifting and w
 Its plates lie where the design has them: only what ``identify`` fits differs.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.trace import Trace
+from fingerdesign.design.schema import Design
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.streams import stream
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.identify.trace_path import TracePath, played
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
+from fingerdesign.sensing.model import grip_problem
 
 TRACE_FILE, TRUTH_FILE = "trace.csv", "truth.json"
 SIMULATED = RecordFolder("simulated trace", TRACE_FILE, (TRACE_FILE, TRUTH_FILE))
@@ -46,9 +43,6 @@ def simulated_trace(
     design: Design, seed: int, fidelity: str = "plane-strain", hold_s: float = _HOLD_S
 ) -> SimulatedTrace:
     """Draw a finger and record it. Raises SolverError where its model has no answer."""
-    from fingerdesign.runtime.threads import one_thread
-    from fingerdesign.sensing.model import grip_problem
-
     rng = stream(seed, "simulated trace")
     material = design.body.material
     modulus = design.materials[material].youngs_modulus_MPa

@@ -9,29 +9,24 @@ no more. Standard deviations are those of all unknowns together, from the noise 
 and widened by the misfit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.trace import Trace
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.identify.trace_model import Terms, TraceModel, Unknown, noise_of
 from fingerdesign.sensing.identify.trace_path import TracePath
 from fingerdesign.sensing.model import grip_problem
-
-if TYPE_CHECKING:
-    from fingerdesign.contact.problem import ContactProblem
-    from fingerdesign.control.trace import Trace
-    from fingerdesign.design.schema import Design
 
 MOST_TERMS = 2  # The most terms of the Prony series.
 _STEPS = {"modulus": 1e-4, "friction": 1e-3, "touch": 1e-5, "share": 1e-4, "time": 1e-3}

@@ -8,23 +8,17 @@ are stiff compared with the rubber. The linear unknowns (k, o, d, c) are project
 squares (G. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import solve_increment
-from fingerdesign.contact.problem import ContactState, Motion
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
+from fingerdesign.control.trace import Trace
 from fingerdesign.sensing.identify.trace_path import Points, TracePath, played
 from fingerdesign.shapes.friction import FrictionLaw
-
-if TYPE_CHECKING:
-    from fingerdesign.contact.problem import ContactProblem
-    from fingerdesign.control.trace import Trace
 
 _LEAST_NOISE = 1e-6  # The least noise of a channel, over its greatest value.
 _CACHED = 40  # So many answers are cached; a derivative and its steps need the same ones.
@@ -97,7 +91,7 @@ class TraceModel:
         own = Points.of(trace).mean(self._played(x, TracePath.every(trace)))
         self._thinned = own - self._played(x, self.path)
 
-    def along(self, path: TracePath) -> TraceModel:
+    def along(self, path: TracePath) -> "TraceModel":
         """The same finger along another path."""
         return TraceModel(self._problem, self._face, path, self.noise)
 

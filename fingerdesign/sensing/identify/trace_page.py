@@ -1,10 +1,7 @@
 """Files of an identified trace: the record, the design, and a page of measured and modelled."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +12,7 @@ from fingerdesign.records.verdict import Status, Verdict, VerdictView
 from fingerdesign.report import style
 from fingerdesign.report.page import Item, Page, Section, Text, caption_drawing, page_html
 from fingerdesign.report.table import Table
+from fingerdesign.sensing.identify.trace_fit import Identified
 from fingerdesign.sensing.identify.trace_report import (
     DESIGN_FILE,
     PAGE_FILE,
@@ -23,9 +21,6 @@ from fingerdesign.sensing.identify.trace_report import (
     identification,
     identified_design,
 )
-
-if TYPE_CHECKING:
-    from fingerdesign.sensing.identify.trace_fit import Identified
 
 TEMPLATES = Path(__file__).parent / "templates"
 WORDS = TEMPLATES / "figures.toml"

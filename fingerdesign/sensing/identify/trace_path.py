@@ -4,10 +4,9 @@ Rows that move stay (of very many every k-th), rows at rest are gathered into bi
 with the time since the last move: a tenth of it, so that what relaxes hardly bends within one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -37,10 +36,10 @@ class TracePath:
     samples: Array
     temperature: Array | None = None
 
-    @staticmethod
-    def every(trace: Trace) -> TracePath:
+    @classmethod
+    def every(cls, trace: Trace) -> Self:
         """Every row of a trace."""
-        return TracePath(
+        return cls(
             time=trace.time,
             approach=np.cumsum(trace.dy),
             shear=np.cumsum(trace.dx),
@@ -50,12 +49,12 @@ class TracePath:
             temperature=trace.temperature,
         )
 
-    @staticmethod
-    def of(trace: Trace) -> TracePath:
+    @classmethod
+    def of(cls, trace: Trace) -> Self:
         """The points of a trace."""
-        whole, points = TracePath.every(trace), Points.of(trace)
+        whole, points = cls.every(trace), Points.of(trace)
         heated = whole.temperature
-        return TracePath(
+        return cls(
             time=points.mean(whole.time),
             approach=whole.approach[points.last],
             shear=whole.shear[points.last],
@@ -91,8 +90,8 @@ class Points:
     compared: IntArray
     last: IntArray
 
-    @staticmethod
-    def of(trace: Trace) -> Points:
+    @classmethod
+    def of(cls, trace: Trace) -> Self:
         """The points of a trace."""
         moved = (trace.dx != 0.0) | (trace.dy != 0.0)
         bins = _bins(moved)
@@ -102,7 +101,7 @@ class Points:
             chosen[moving] = False
             every = np.linspace(0, len(moving) - 1, MOST_MOVES).round().astype(int)
             chosen[moving[every]] = True
-        return Points(bins, np.bincount(bins), np.flatnonzero(chosen), last[chosen])
+        return cls(bins, np.bincount(bins), np.flatnonzero(chosen), last[chosen])
 
     def mean(self, values: Array) -> Array:
         """The means of values (n, ...) over the rows of each point that is compared."""

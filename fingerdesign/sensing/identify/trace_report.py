@@ -1,24 +1,20 @@
 """The record of ``fingerdesign identify DESIGN TRACE``: values with their intervals, the next
 motion that would narrow them, and the design with them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.schema import Design
 from fingerdesign.records.base import Count, Size, closed
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.sensing.identify.trace_fit import Identified, TraceFit
 from fingerdesign.sensing.identify.trace_path import TracePath
 from fingerdesign.version import versions
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.sensing.identify.trace_fit import Identified, TraceFit
 
 RECORD_FILE, DESIGN_FILE, PAGE_FILE = "identification.json", "identified.toml", "identify.html"
 IDENTIFICATION = RecordFolder("identification", RECORD_FILE, (RECORD_FILE, DESIGN_FILE, PAGE_FILE))

@@ -4,21 +4,17 @@ Sizes are those of a careful workshop: plates to 0.1 mm and 1 degree, silicone t
 to 3 %.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
 from fingerdesign.design.grip import GRAVITY
+from fingerdesign.design.schema import Design
 from fingerdesign.sensing.model import CONTACT_SIZE_MM
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 Keys = dict[str, object]
 
@@ -34,7 +30,7 @@ class Draw:
     own: dict[str, Any]
 
 
-Drawn = Callable[["Design", np.random.Generator, Draw], None]
+Drawn = Callable[[Design, np.random.Generator, Draw], None]
 
 
 def scaled(table: Literal["body", "plates"], key: str, fraction: float) -> Drawn:

@@ -5,13 +5,11 @@ controller that is trained and tested on the same model knows too much: plates l
 left them, the rubber is of another batch, the object leans.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +17,12 @@ from fingerdesign.arrays import Array
 from fingerdesign.checks.follow import grip_values
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.meshing import tetwild_faults
+from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.runtime.streams import stream
@@ -29,11 +30,6 @@ from fingerdesign.sensing.model import against, bench_problem, meshed_for_grips
 from fingerdesign.sensing.perturb.draws import Draw
 from fingerdesign.sensing.perturb.faults import FAULTS, TRAINING_FAULTS
 from fingerdesign.shapes.friction import FrictionLaw
-
-if TYPE_CHECKING:
-    from fingerdesign.contact.problem import ContactProblem
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.frames import PlateFrame
 
 PATCHINESS, PATCH_MM = 0.2, 1.0
 _PATCHES = 64  # The field of patches repeats after so many, along x and along z.
