@@ -18,9 +18,9 @@ from fingerdesign.mold.placement import row_tolerances, tolerances
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.sensitivity.variant import PLACES
 
-RUBBER, GAINS = 0.15, 0.03  # Of a batch of silicone, and of gage factors (sensing/perturb/draws.py)
+RUBBER, GAINS = 0.15, 0.03  # Of a batch of silicone, and of gage factors (perturb/faults.py)
 # Rolled bronze and polyimide film come to within 6 to 10 % of their thickness (data sheets). Moduli
-# of films differ by 20 % (draws.py), of metals by 3 % between suppliers. A rubber's Poisson's ratio
+# of films differ by 20 % (faults.py), of metals by 3 % between suppliers. A rubber's Poisson's ratio
 # lies below 0.5, to within 0.005 where it is known at all. Both are assumed.
 SHEET, FILM, METAL, POISSON = 0.08, 0.2, 0.03, 0.005
 _METAL_MPa = 20_000.0  # No film is as stiff, no metal as soft.

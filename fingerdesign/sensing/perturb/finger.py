@@ -27,8 +27,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.model import against, bench_problem, meshed_for_grips
-from fingerdesign.sensing.perturb.draws import Draw
-from fingerdesign.sensing.perturb.faults import FAULTS, TRAINING_FAULTS
+from fingerdesign.sensing.perturb.faults import FAULTS, TRAINING_FAULTS, Draw
 from fingerdesign.shapes.friction import FrictionLaw
 
 PATCHINESS, PATCH_MM = 0.2, 1.0
