@@ -15,6 +15,7 @@ from fingerdesign.mold.products.notes import cautions_of
 from fingerdesign.mold.profile import with_profile
 from fingerdesign.mold.record import MoldData, PartData
 from fingerdesign.mold.tables import made_words, words
+from fingerdesign.records.base import plain
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign_cli.inputs import folders_above, interrupted, read_case, recorded, refuse_foreign
@@ -90,7 +91,7 @@ def tolerance(
         with interrupted("nothing of the tolerances is stored"):
             found = tolerance(design, scene, fidelity, lambda message: show(message), stem, draws)
         write_tolerance(found, folder)
-    say_result(found.data, lambda: say_block(view_of(found), out / name))
+    say_result(lambda: plain(found), lambda: say_block(view_of(found), out / name))
     open_page(out / name / "report.html")
     return 0
 

@@ -19,7 +19,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensitivity.derive import Sensitivity
-from fingerdesign.tolerance.sources import GAINS, UNIFORM, Source
+from fingerdesign.tolerance.sources import GAINS, UNIFORM, Source, all_tolerances, by_source
 
 SURE = 0.9  # Of the fingers as made reach the response that is reported.
 _DRAWS = 20_000  # Of the linear model: a quantile of them is good to half a percent of the spread.
@@ -51,12 +51,10 @@ def gage_areas(
         ways = [areas(sign * _STEP * more, sign * _STEP * pull) for sign in (1.0, -1.0)]
         return np.asarray(((ways[0] - ways[1]) / (2.0 * _STEP)) ** 2)
 
-    stds = np.concatenate([source.stds for source in sources])
-    rates = zip(
-        np.moveaxis(found.reading * stds, -1, 0), (found.tangential_force * stds).T, strict=True
-    )
-    every = iter([variance(*each) for each in rates])
-    parts = [np.sum([next(every) for _ in source.parameters], axis=0) for source in sources]
+    stds = UNIFORM * all_tolerances(sources)
+    rates = np.moveaxis(found.reading * stds, -1, 0), (found.tangential_force * stds).T
+    every = np.column_stack([variance(*each) for each in zip(*rates, strict=True)])
+    parts = [part.sum(axis=1) for part in by_source(every, sources)]
     none, gains = np.zeros_like(force), GAINS * UNIFORM * np.eye(readings.shape[1])
     parts.append(np.sum([variance(gain * readings, none) for gain in gains], axis=0))
     own = areas(np.zeros_like(readings), none)
@@ -81,7 +79,7 @@ def sure_response(
     response = _steps(readings)[row] / pull
     more_pull = np.outer(response, _steps(found.tangential_force)[row])
     rates = (_steps(found.reading)[row] - more_pull) / pull
-    chance, sizes = stream(0, "response"), np.concatenate([each.tolerances for each in sources])
+    chance, sizes = stream(0, "response"), all_tolerances(sources)
     made = response + (chance.uniform(-1.0, 1.0, (_DRAWS, len(sizes))) * sizes) @ rates.T
     made *= 1.0 + GAINS * chance.uniform(-1.0, 1.0, made.shape)
     reached = float(np.quantile(np.abs(made).max(axis=1), 1.0 - SURE))
@@ -90,15 +88,11 @@ def sure_response(
 
 def _shears(scene: Scene, readings: Readings) -> BoolArray:
     """Mark the rows of a path (k,) where the object moves along x alone, and is held by it."""
-    rows = np.diff([(0.0, 0.0, 0.0, 0.0), *map(_moves, scene.path.rows)], axis=0)
+    places = [(*row, *[0.0] * (4 - len(row))) for row in scene.path.rows]  # y, x, z and twist
+    rows = np.diff([(0.0, 0.0, 0.0, 0.0), *places], axis=0)
     alone = (rows[:, 1] != 0.0) & ~rows[:, [0, 2, 3]].any(axis=1)
     pull = np.abs(_steps(readings.tangential_force))
     return np.asarray(alone & (pull > _PULL * np.abs(readings.normal_force)))
-
-
-def _moves(row: Sequence[float]) -> tuple[float, ...]:
-    """Approach, shear along x and along z, and twist."""
-    return (*row, *[0.0] * (4 - len(row)))
 
 
 def _steps(values: Array) -> Array:

@@ -41,7 +41,7 @@ from fingerdesign.sensing.train.ready import with_estimator
 from fingerdesign.sensitivity.derive import Sensitivity
 from fingerdesign.sensitivity.variant import PLACES
 from fingerdesign.tolerance.record import CastData
-from fingerdesign.tolerance.sources import Source
+from fingerdesign.tolerance.sources import Source, all_tolerances
 
 LOW, HIGH = 1.1, 1.5  # People grip with 1.2 to 1.5 times the least force; 1.1 still holds.
 _DRAWS = 20_000  # Of the linear model: a share of them is good to 0.4 points.
@@ -73,7 +73,7 @@ def yield_by_motion(found: Sensitivity, sources: Sequence[Source]) -> tuple[floa
     if not force > 0.0:
         return 0.0, 0.0
     chance = stream(0, "yield by motion")
-    sizes = np.concatenate([source.tolerances for source in sources])
+    sizes = all_tolerances(sources)
     known = np.concatenate([[source.known] * len(source.parameters) for source in sources])
     ways = chance.uniform(-1.0, 1.0, (_DRAWS, len(sizes))) * sizes * found.normal_force[row] / force
     return _kept(1.0 + ways.sum(axis=1)), _kept(1.0 + (ways * ~known).sum(axis=1))
@@ -81,7 +81,7 @@ def yield_by_motion(found: Sensitivity, sources: Sequence[Source]) -> tuple[floa
 
 def changes_of_finger(sources: Sequence[Source], number: int) -> Array:
     """Changes (P,) of the parameters of finger ``number``, each anywhere within its tolerance."""
-    sizes = np.concatenate([source.tolerances for source in sources])
+    sizes = all_tolerances(sources)
     return np.asarray(stream(number, "finger as cast").uniform(-1.0, 1.0, len(sizes)) * sizes)
 
 

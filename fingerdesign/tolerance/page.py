@@ -1,6 +1,6 @@
 """report.html: what to tighten first, and the spread of each row."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,80 +26,68 @@ def view_of(found: ToleranceData) -> VerdictView:
     scatter = [row.stick_ratio_std[0] for row in found.rows]
     row = max(range(len(scatter)), key=lambda k: (scatter[k], k))
     where = f"{row + 1} of {len(scatter)}: the stick ratio scatters most"
-    notes = [Verdict("note", "increment", where)]
-    notes += [Verdict("note", name, number) for name, number in _spreads(found.rows[row])]
+    notes = [("increment", where), *_spreads(found.rows[row])]
     if (response := found.gage_response) is not None:
         number = f"{response[0]:.3g} µε/N as designed; 90 % of fingers reach {response[1]:.3g}"
-        notes.append(Verdict("note", "response", number))
-    notes += [Verdict("note", name, number) for name, number in _yields(found)]
-    notes += _tighten(found.sources)
+        notes.append(("response", number))
+    notes += [*_yields(found), *_tighten(found.sources)]
     worst = max(row.on_kink for row in found.rows)
     text = f"{100 * worst:.2g} % of the force stands between two statuses: one side's derivatives"
     warnings = [text] if worst > _KINK else []
     if found.other_model:
         keys = " and ".join(found.other_model)
         warnings.append(f"plates are solid, elements quadratic; not as designed ({keys})")
-    return VerdictView(
-        found.design,
-        FIDELITY_WORDS[found.fidelity],
-        found.seconds,
-        tuple(notes),
-        warnings=tuple(warnings),
-    )
+    about = found.design, FIDELITY_WORDS[found.fidelity], found.seconds
+    verdicts = tuple(Verdict("note", *each) for each in notes)
+    return VerdictView(*about, verdicts, warnings=tuple(warnings))
 
 
-def _tighten(sources: Sequence[SourceData]) -> list[Verdict]:
+def _tighten(sources: Sequence[SourceData]) -> Iterator[tuple[str, str]]:
     """The cause to tighten first, and the next one: where a calibration finds the first, the one
     that it leaves."""
     first, *others = sources
-    found = [Verdict("note", "tighten first", _source(first))]
+    yield "tighten first", _source(first)
     stays = [each for each in others if not each.calibrated]
     if first.calibrated and stays:
         left = sum(each.share for each in stays) or 1.0  # of what a calibration leaves
-        own = replace(stays[0], share=stays[0].share / left)
-        found.append(Verdict("note", "once calibrated", _source(own)))
+        yield "once calibrated", _source(replace(stays[0], share=stays[0].share / left))
     elif others:
-        found.append(Verdict("note", "then", _source(others[0])))
-    return found
+        yield "then", _source(others[0])
 
 
-def _spreads(row: RowData) -> list[tuple[str, str]]:
-    """Names and numbers of a row: as designed, spread as made, once calibrated."""
-
-    def words(value: float, pair: tuple[float, float], unit: str) -> str:
-        return (
-            f"{value:.3g}{unit} ± {two_digits(pair[0])} as made, ± {two_digits(pair[1])} calibrated"
-        )
-
-    pairs = [
-        ("normal force", words(row.normal_force_N, row.normal_force_std_N, " N")),
-        ("tangential force", words(row.tangential_force_N, row.tangential_force_std_N, " N")),
-        ("stick ratio", words(row.stick_ratio, row.stick_ratio_std, "")),
-        (
-            "readings",
-            words(row.largest_reading_microstrain, row.reading_std_microstrain, " µε at most"),
-        ),
+def _quantities(row: RowData) -> list[tuple[float | None, tuple[float, float]]]:
+    """Forces, stick ratio, reading, gage area: as designed, and deviations as made, calibrated."""
+    return [
+        (row.normal_force_N, row.normal_force_std_N),
+        (row.tangential_force_N, row.tangential_force_std_N),
+        (row.stick_ratio, row.stick_ratio_std),
+        (row.largest_reading_microstrain, row.reading_std_microstrain),
+        (row.gage_area_mm, row.gage_area_std_mm),
     ]
-    if (area := row.gage_area_mm) is not None:
-        pairs.append(("gage area", words(area, row.gage_area_std_mm, " mm")))
-    return pairs
 
 
-def _yields(found: ToleranceData) -> list[tuple[str, str]]:
+def _spreads(row: RowData) -> Iterator[tuple[str, str]]:
+    """Names and numbers of a row: as designed, spread as made, once calibrated."""
+    names = ("normal force", "tangential force", "stick ratio", "readings", "gage area")
+    units = (" N", " N", "", " µε at most", " mm")
+    for name, unit, (value, stds) in zip(names, units, _quantities(row), strict=True):
+        if value is not None:
+            made, calibrated = map(two_digits, stds)
+            yield name, f"{value:.3g}{unit} ± {made} as made, ± {calibrated} calibrated"
+
+
+def _yields(found: ToleranceData) -> Iterator[tuple[str, str]]:
     """Yields in words: by motion alone, and of real models where there are any."""
     made, known = (100 * share for share in found.yield_by_motion)
     text = f"{made:.0f} % as made, {known:.0f} % calibrated have a margin of 1.1 to 1.5"
+    yield "yield by motion", text
     scatter = [two_digits(100 * std) for std in found.margin_std]
-    yields = [
-        ("yield by motion", text),
-        ("margin", "± {} % as made, ± {} % calibrated".format(*scatter)),
-    ]
+    yield "margin", "± {} % as made, ± {} % calibrated".format(*scatter)
     if (cast := found.cast) is not None:
         low, high = (100 * each for each in cast.interval)
         text = f"{100 * cast.share:.0f} % ({low:.0f} to {high:.0f}) of the lifts of {cast.fingers}"
         text += f" fingers are in that band; {100 * cast.lifted:.0f} % succeed"
-        yields.append(("yield by control", text))
-    return yields
+        yield "yield by control", text
 
 
 def _source(source: SourceData) -> str:
@@ -115,11 +103,9 @@ def _chart(found: ToleranceData) -> style.Canvas:
     axes = figure.subplots()
     names = [source.words for source in found.sources][::-1]
     shares = [100.0 * source.share for source in found.sources][::-1]
-    colour = style.SERIES[0][0]
-    bars = axes.barh(names, shares, color=colour, edgecolor=colour, height=0.6)
-    for bar, source in zip(bars, found.sources[::-1], strict=True):
-        if source.calibrated:
-            bar.set_facecolor(style.PAPER)
+    edge = style.SERIES[0][0]
+    fill = [style.PAPER if source.calibrated else edge for source in found.sources][::-1]
+    axes.barh(names, shares, color=fill, edgecolor=edge, height=0.6)
     axes.set_xlabel("share of the readings' variance (%)")
     axes.grid(visible=False, axis="y")
     return figure
@@ -131,7 +117,12 @@ def tolerance_html(found: ToleranceData) -> str:
         chart = caption_drawing(_chart(found), _WORDS, "shares", sources=found.sources)
     versions = ", ".join(f"{name} {each}" for name, each in found.versions.items())
     title, view = f"{found.design}: tolerances", view_of(found)
-    warnings = [Bullets(view.warnings, "warnings")] if view.warnings else []
+    sections = [
+        Section("spread", "Spread", [_rows(found.rows), Text(_MODEL)]),
+        Section("causes", "Causes", [_causes(found.sources), _gages(found)]),
+    ]
+    if view.warnings:
+        sections.insert(0, Section("warnings", "Warnings", [Bullets(view.warnings, "warnings")]))
     return page_html(
         Page(
             title=title,
@@ -139,42 +130,28 @@ def tolerance_html(found: ToleranceData) -> str:
             lead=f"scene {found.scene} · {FIDELITY_WORDS[found.fidelity]} · {found.seconds:.0f} s",
             first=chart,
             view=view,
-            sections=[
-                *(Section("warnings", "Warnings", [each]) for each in warnings),
-                Section("spread", "Spread", [_rows(found.rows), Text(_MODEL)]),
-                Section("causes", "Causes", [_causes(found.sources), _gages(found)]),
-            ],
+            sections=sections,
             record=[Text("Next to this file: tolerance.json (all numbers)."), Text(versions)],
         )
     )
 
 
 def _rows(rows: tuple[RowData, ...]) -> Table:
-    columns = (
-        "increment",
+    names = (
         "normal force, N",
-        "±",
         "tangential force, N",
-        "±",
         "stick ratio",
-        "±",
         "reading, µε",
-        "±",
         "gage area, mm",
-        "±",
-        "kink %",
     )
+    columns = ("increment", *(each for name in names for each in (name, "±")), "kink %")
     cells = []
     for number, row in enumerate(rows, start=1):
-        pairs = (
-            (row.normal_force_N, row.normal_force_std_N),
-            (row.tangential_force_N, row.tangential_force_std_N),
-            (row.stick_ratio, row.stick_ratio_std),
-            (row.largest_reading_microstrain, row.reading_std_microstrain),
-        )
-        shown = [f"{value:.3g}" for pair in pairs for value in (pair[0], pair[1][0])]
-        area = (row.gage_area_mm, row.gage_area_std_mm[0])
-        shown += ["–" if area[0] is None else f"{value:.3g}" for value in area]
+        shown = [
+            "–" if value is None else f"{each:.3g}"
+            for value, (made, _) in _quantities(row)
+            for each in (value, made)
+        ]
         cells.append((str(number), *shown, f"{100 * row.on_kink:.2g}"))
     return Table("rows", "As made: standard deviations", columns, tuple(cells))
 

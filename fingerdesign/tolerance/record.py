@@ -1,12 +1,12 @@
 """Record of tolerance.json. Spreads are standard deviations, of one or of the row's own."""
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Annotated, Any, Literal
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fingerdesign.records.base import Size, closed, json_text, plain
+from fingerdesign.records.base import Size, closed
 
 RECORD_FILE, PAGE_FILE = "tolerance.json", "report.html"
 
@@ -113,12 +113,3 @@ class ToleranceData:
             return math.hypot(*each) / math.sqrt(max(len(rows), 1))
 
         return share(0), share(1)
-
-    def data(self) -> dict[str, Any]:
-        """The content of the file."""
-        found: dict[str, Any] = plain(asdict(self))
-        return found
-
-    def to_json(self) -> str:
-        """The text of tolerance.json."""
-        return json_text(self.data())

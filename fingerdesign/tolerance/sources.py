@@ -5,6 +5,7 @@ tolerance over the root of three. Plates go by what holds them in the mold, body
 process, the rubber by its batches, sheets by their makers, gages by their factors.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,8 +21,8 @@ from fingerdesign.sensitivity.variant import PLACES
 
 RUBBER, GAINS = 0.15, 0.03  # Of a batch of silicone, and of gage factors (perturb/faults.py)
 # Rolled bronze and polyimide film come to within 6 to 10 % of their thickness (data sheets). Moduli
-# of films differ by 20 % (faults.py), of metals by 3 % between suppliers. A rubber's Poisson's ratio
-# lies below 0.5, to within 0.005 where it is known at all. Both are assumed.
+# of films differ by 20 %, of metals by 3 % between suppliers. A rubber's Poisson's ratio lies below
+# 0.5, to within 0.005 where it is known at all. Both are assumed.
 SHEET, FILM, METAL, POISSON = 0.08, 0.2, 0.03, 0.005
 _METAL_MPa = 20_000.0  # No film is as stiff, no metal as soft.
 _YOUNG = "youngs_modulus_MPa"
@@ -42,15 +43,16 @@ class Source:
     unit: str
     known: bool = False
 
-    @property
-    def stds(self) -> Array:
-        """Standard deviations (P,)."""
-        return UNIFORM * np.array(self.tolerances)
 
-    @property
-    def largest(self) -> float:
-        """The largest of the tolerances."""
-        return max(self.tolerances)
+def all_tolerances(sources: Sequence[Source]) -> Array:
+    """Tolerances (P,) of all parameters, source by source."""
+    return np.concatenate([source.tolerances for source in sources])
+
+
+def by_source(values: Array, sources: Sequence[Source]) -> list[Array]:
+    """The part of values (..., P) of each source."""
+    ends = np.cumsum([len(source.parameters) for source in sources])
+    return np.split(values, ends[:-1], axis=-1)
 
 
 def unknown_places(design: Design) -> list[Fault]:

@@ -20,6 +20,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.fem.model import element_of
 from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
 from fingerdesign.sensitivity.variant import differentiable
@@ -39,7 +40,15 @@ from fingerdesign.tolerance.record import (
     SourceData,
     ToleranceData,
 )
-from fingerdesign.tolerance.sources import GAINS, UNIFORM, Source, sources_of, unknown_places
+from fingerdesign.tolerance.sources import (
+    GAINS,
+    UNIFORM,
+    Source,
+    all_tolerances,
+    by_source,
+    sources_of,
+    unknown_places,
+)
 from fingerdesign.version import versions
 
 FOLDER = RecordFolder("tolerance", RECORD_FILE, (RECORD_FILE, PAGE_FILE))
@@ -82,7 +91,7 @@ def tolerance(
         fidelity=fidelity,
         rows=tuple(_row(found, sources, parts, areas, k) for k in range(found.readings.rows)),
         sources=tuple(_sources(found, sources, parts)),
-        gage_std_microstrain=gage_deviations(_total(parts["reading"])),
+        gage_std_microstrain=gage_deviations(np.sum(parts["reading"], axis=0)),
         yield_by_motion=yield_by_motion(found, sources),
         cast=cast,
         seconds=round(time.perf_counter() - start, 2),
@@ -102,23 +111,13 @@ def left_out(design: Design) -> Iterator[str]:
 
 def variances(found: Sensitivity, sources: list[Source]) -> dict[str, list[Array]]:
     """Variance (k,), of readings (k, plates), by each source, and last by the gages' gains."""
-    ends = np.cumsum([len(source.parameters) for source in sources])
-    parts: dict[str, list[Array]] = {}
+    stds, parts = UNIFORM * all_tolerances(sources), dict[str, list[Array]]()
     for name in _OUTPUTS:
-        rates = np.nan_to_num(getattr(found, name))
-        each = [
-            (rates[..., end - len(source.parameters) : end] * source.stds) ** 2
-            for source, end in zip(sources, ends, strict=True)
-        ]
-        gains = np.zeros(rates.shape[:-1])
-        if name == "reading":
-            gains = (GAINS * UNIFORM * found.readings.reading) ** 2
-        parts[name] = [*(part.sum(axis=-1) for part in each), gains]
+        squares = (np.nan_to_num(getattr(found, name)) * stds) ** 2
+        own = [part.sum(axis=-1) for part in by_source(squares, sources)]
+        parts[name] = [*own, np.zeros(squares.shape[:-1])]
+    parts["reading"][-1] = (GAINS * UNIFORM * found.readings.reading) ** 2
     return parts
-
-
-def _total(parts: list[Array]) -> Array:
-    return np.asarray(np.sum(parts, axis=0))
 
 
 def _row(
@@ -133,8 +132,10 @@ def _row(
 
     def pair(name: str) -> tuple[float, float]:
         every = np.array([part[k] for part in parts[name]]).reshape(len(sources) + 1, -1)
-        made, calibrated = every.sum(axis=0), every[left].sum(axis=0)
-        return (_rms(made), _rms(calibrated)) if every.size else (0.0, 0.0)
+        if not every.size:
+            return 0.0, 0.0
+        made, calibrated = (np.sqrt(own.sum(axis=0).mean()) for own in (every, every[left]))
+        return float(made), float(calibrated)
 
     return RowData(
         normal_force_N=float(readings.normal_force[k]),
@@ -160,11 +161,6 @@ def gage_deviations(variance: Array) -> tuple[float, ...]:
     return tuple(map(float, np.sqrt(variance.mean(axis=0))))
 
 
-def _rms(variance: Array) -> float:
-    """Root of the mean variance: over gages."""
-    return float(np.sqrt(variance.mean()))
-
-
 def _sources(
     found: Sensitivity, sources: list[Source], parts: dict[str, list[Array]]
 ) -> list[SourceData]:
@@ -175,23 +171,14 @@ def _sources(
     if not sizes.any():  # no gages: the forces decide
         sizes = np.array([part.sum() for part in parts["normal_force"]])
     shares = sizes / max(float(sizes.sum()), 1e-300)
-    ends = np.cumsum([len(source.parameters) for source in sources])
+    rates = found.reading if found.reading.size else found.normal_force
+    effects = np.abs(rates.reshape(-1, len(found.names))).max(axis=0)
+    effects *= UNIFORM * all_tolerances(sources)
     rows = []
-    for source, end, share in zip(sources, ends, shares, strict=False):
-        first = end - len(source.parameters)
-        rates = found.reading if found.reading.size else found.normal_force
-        flat = rates.reshape(-1, len(found.names))[:, first:end]
-        worst = int((np.abs(flat) * source.stds).max(axis=0).argmax())
-        rows.append(
-            SourceData(
-                source.words,
-                source.largest,
-                source.unit,
-                float(share),
-                source.parameters[worst],
-                source.known,
-            )
-        )
+    for source, own, share in zip(sources, by_source(effects, sources), shares, strict=False):
+        tolerance, worst = max(source.tolerances), source.parameters[own.argmax()]
+        about = source.words, tolerance, source.unit
+        rows.append(SourceData(*about, float(share), worst, source.known))
     if found.reading.size:
         rows.append(SourceData("gages' factors", GAINS, "of one", float(shares[-1]), "", True))
     return sorted(rows, key=lambda row: -row.share)
@@ -199,5 +186,5 @@ def _sources(
 
 def write_tolerance(found: ToleranceData, folder: Path) -> None:
     """Write tolerance.json and tolerance.html into a folder."""
-    (folder / RECORD_FILE).write_text(found.to_json(), encoding="utf-8")
+    (folder / RECORD_FILE).write_text(json_text(found), encoding="utf-8")
     (folder / PAGE_FILE).write_text(tolerance_html(found), encoding="utf-8")
