@@ -137,13 +137,8 @@ def tolerance_html(found: ToleranceData) -> str:
 
 
 def _rows(rows: tuple[RowData, ...]) -> Table:
-    names = (
-        "normal force, N",
-        "tangential force, N",
-        "stick ratio",
-        "reading, µε",
-        "gage area, mm",
-    )
+    forces = ("normal force, N", "tangential force, N")
+    names = (*forces, "stick ratio", "reading, µε", "gage area, mm")
     columns = ("increment", *(each for name in names for each in (name, "±")), "kink %")
     cells = []
     for number, row in enumerate(rows, start=1):
