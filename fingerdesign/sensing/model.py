@@ -22,7 +22,6 @@ free end are to blame.
 import math
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
@@ -67,8 +66,7 @@ def grip_problem(
     gripped with or, in plane strain, has no section.
     """
     case = gripped_case(design, fidelity, contact_size_mm)
-    made = partial(_mesh_of, whole=whole)
-    return _condensed(case, case.gage_array, report, made=made)[1]
+    return _condensed(case, case.gage_array, report, whole)
 
 
 def gripped_case(
@@ -81,17 +79,6 @@ def gripped_case(
     case = _case(design, fidelity, contact_size_mm)
     refuse(case, fundamental_scene())
     return case
-
-
-def bench_problem(
-    design: Design,
-    objects: Iterable[SceneObject],
-    fidelity: str,
-    fixed_keys: Collection[str] = (),
-    neighbour: Design | None = None,
-) -> ContactProblem:
-    """The problem of a :class:`BenchFinger`."""
-    return BenchFinger(design, tuple(objects), fidelity, fixed_keys, neighbour).model()[1]
 
 
 @dataclass(frozen=True)
@@ -111,14 +98,16 @@ class BenchFinger:
     neighbour: Design | None = None
     plate_end: float = 1.0
 
-    def _case_of(self, design: Design) -> Case:
-        return _case(design, self.fidelity, fixed_keys=self.fixed_keys)
-
     def _meshed(self) -> tuple[Case, Zone, Mesh]:
-        case, near = self._case_of(self.design), self.neighbour
-        made = partial(_mesh_of, plate_end=self.plate_end)
-        neighbour = None if near is None else self._case_of(near)
-        return case, *_meshed(case, lambda message: None, self.objects, neighbour, made)
+        case, mesh = _case(self.design, self.fidelity, fixed_keys=self.fixed_keys), None
+        zone = _zone_of(case, self.objects)
+        if self.neighbour is not None:
+            near = _case(self.neighbour, self.fidelity, fixed_keys=self.fixed_keys)
+            mesh = _mesh_of(near, zone, plate_end=self.plate_end)
+            mesh = with_plates_moved(mesh, plate_frames(near.design), plate_frames(case.design))
+        if mesh is None:
+            mesh = _mesh_of(case, zone, plate_end=self.plate_end)
+        return case, zone, mesh
 
     def model(self) -> tuple[FiniteElementModel, ContactProblem]:
         """Condense the finger, and pose it against the plane of its bench."""
@@ -151,7 +140,7 @@ def opposite_problem(
     """The other finger of a lift where ``grip.opposite`` is the bare one; None: a mirror image."""
     if design.grip.opposite != "bare":
         return None
-    return _condensed(_case(without_plates(design), fidelity), (), report)[1]
+    return _condensed(_case(without_plates(design), fidelity), (), report)
 
 
 def model_data(problem: ContactProblem) -> dict[str, Any]:
@@ -211,37 +200,21 @@ def _mesh_of(case: Case, zone: Zone, whole: bool = False, plate_end: float = 1.0
 
 
 def _condensed(
-    case: Case,
-    gages: tuple[int, ...],
-    report: Callable[[str], None],
-    made: Callable[[Case, Zone], Mesh] = _mesh_of,
-) -> tuple[FiniteElementModel, ContactProblem]:
-    zone, mesh = _meshed(case, report, made=made)
-    report(f"condensing {len(mesh.cells)} elements")
-    return _posed(case, zone, mesh, gages)
-
-
-def _meshed(
-    case: Case,
-    report: Callable[[str], None],
-    objects: Iterable[SceneObject] = (),
-    neighbour: Case | None = None,
-    made: Callable[[Case, Zone], Mesh] = _mesh_of,
-) -> tuple[Zone, Mesh]:
-    """The zone covers the fundamental scene's plane and each of ``objects``."""
-    design, scene = case.design, fundamental_scene()
-    reach = design.grip.max_approach_mm
-    zones = [candidate_zone(design, scene.object, reach)]
-    zones += [candidate_zone(design, o, reach, touch_point(o, design.body)) for o in objects]
-    zone = max(zones, key=lambda each: each.half_width).widened(_ROOM, design)
+    case: Case, gages: tuple[int, ...], report: Callable[[str], None], whole: bool = False
+) -> ContactProblem:
+    zone = _zone_of(case)
     report("meshing")
-    mesh = None
-    if neighbour is not None:
-        mesh = made(neighbour, zone)
-        mesh = with_plates_moved(mesh, plate_frames(neighbour.design), plate_frames(design))
-    if mesh is None:
-        mesh = made(case, zone)
-    return zone, mesh
+    mesh = _mesh_of(case, zone, whole)
+    report(f"condensing {len(mesh.cells)} elements")
+    return _posed(case, zone, mesh, gages)[1]
+
+
+def _zone_of(case: Case, objects: Iterable[SceneObject] = ()) -> Zone:
+    """The zone that covers the fundamental scene's plane and each of ``objects``."""
+    design, reach = case.design, case.design.grip.max_approach_mm
+    zones = [candidate_zone(design, fundamental_scene().object, reach)]
+    zones += [candidate_zone(design, o, reach, touch_point(o, design.body)) for o in objects]
+    return max(zones, key=lambda each: each.half_width).widened(_ROOM, design)
 
 
 def _posed(

@@ -26,7 +26,7 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.runtime.streams import stream
-from fingerdesign.sensing.model import against, bench_problem, meshed_for_grips
+from fingerdesign.sensing.model import BenchFinger, against, meshed_for_grips
 from fingerdesign.sensing.perturb.faults import FAULTS, TRAINING_FAULTS, Draw
 from fingerdesign.shapes.friction import FrictionLaw
 
@@ -122,6 +122,11 @@ def placement_keys(frames: Sequence[PlateFrame], places: Array) -> dict[str, Any
     return keys | {"plates.placement": rows}
 
 
+@lru_cache(maxsize=1)
+def _last_bench(bench: BenchFinger) -> ContactProblem:
+    return bench.model()[1]
+
+
 def perturbed_problems(
     found: PerturbedFinger, fidelity: str = "plane-strain"
 ) -> tuple[ContactProblem, ContactProblem]:
@@ -130,7 +135,7 @@ def perturbed_problems(
     The last finger is cached: draws that differ in hardware alone share it.
     """
     design = found.design.model_copy(update={"grip": bench_grip(found.design.grip)})
-    bench = _last_bench(design, (found.object,), fidelity, found.fixed_keys)
+    bench = _last_bench(BenchFinger(design, (found.object,), fidelity, found.fixed_keys))
     return bench, facing(bench, found)
 
 
@@ -153,9 +158,6 @@ def facing(bench: ContactProblem, found: PerturbedFinger) -> ContactProblem:
         problem = problem.with_friction(law)
     fractions = found.friction_fractions(problem.model.points)
     return problem if fractions is None else problem.patchy(fractions)
-
-
-_last_bench = lru_cache(maxsize=1)(bench_problem)
 
 
 def training_faults(design: Design) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.streams import seed_for
 from fingerdesign.runtime.threads import one_thread
-from fingerdesign.sensing.model import bench_problem
+from fingerdesign.sensing.model import BenchFinger
 from fingerdesign.sensing.perturb.faults import OF_OBJECTS
 from fingerdesign.sensing.perturb.finger import PerturbedFinger, facing, perturb, training_faults
 from fingerdesign.sensing.train.estimator import BANDS, train_estimator
@@ -140,7 +140,8 @@ def _made(family: Family, number: int, policy: GripEstimator | None) -> list[Ran
         smooth = {"patches"} if k % _PATCHY == 0 else set()
         alike = {"exponent"} if turns or (k + number) % _FALLING else set()
         drawn.append(perturb(finger, kinds - smooth - alike, each))
-    bench = bench_problem(finger, [each.object for each in drawn], family.fidelity)
+    objects = tuple(each.object for each in drawn)
+    bench = BenchFinger(finger, objects, family.fidelity).model()[1]
     own = 0 if policy is None else count // 2
 
     def problems(objects: Sequence[PerturbedFinger]) -> Iterator[ContactProblem]:
