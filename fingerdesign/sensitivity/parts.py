@@ -9,18 +9,15 @@ import scipy.sparse as sp
 from fingerdesign.analysis.path import object_at_touch
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import local_frames, rigid_modes
-from fingerdesign.design.gages import Gages
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.fem.readout import gage_rows, pairing
 from fingerdesign.fem.stiffness import lame_parameters
-from fingerdesign.fem.system import Body
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.reduced import ReducedModel
 from fingerdesign.sensitivity.change import Change, Facing
 from fingerdesign.sensitivity.variant import Parameter
 from fingerdesign.sensitivity.velocity import is_rigid, node_velocity
@@ -48,8 +45,11 @@ def change_of(
     velocity = node_velocity(parameter, mesh, weights) if parameter.kind != "object" else None
     gages = attached = None
     if parameter.kind in ("placement", "plates", "body", "gages"):
-        gages = _gage_rates(parameter, mesh, velocity, rows)
-        attached = _attached_rates(parameter, body)
+        turning = _turning(parameter, mesh)
+        gages = _gage_rates(parameter, mesh, velocity, rows, turning)
+        if body.attached is not None and turning is not None:  # bars turn with their plates
+            half = _full(body.attached) @ turning
+            attached = sp.csr_matrix(half + half.T)
     facing = None
     if parameter.kind in ("body", "object"):
         facing = _facing(parameter, model, velocity)
@@ -101,23 +101,24 @@ def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
 
 def rows_of_plates(design: Design, mesh: Mesh, frames: tuple[PlateFrame, ...]) -> sp.csr_matrix:
     """Gage rows (2 plates, n dim) plate by plate, also where the bridges have two plates each."""
-    gages = design.gages.model_copy(update={"grid": _single(design.gages)})
+    gages = design.gages
+    if gages.grid == "double_axial":
+        gages = gages.model_copy(update={"grid": "axial"})
     return gage_rows(mesh, frames, gages, design.gage_weights)
 
 
-def _single(gages: Gages) -> str:
-    return "axial" if gages.grid == "double_axial" else gages.grid
-
-
 def _gage_rates(
-    parameter: Parameter, mesh: Mesh, velocity: Array | None, own_rows: sp.csr_matrix
+    parameter: Parameter,
+    mesh: Mesh,
+    velocity: Array | None,
+    own_rows: sp.csr_matrix,
+    turning: sp.csr_matrix | None,
 ) -> sp.csr_matrix | None:
     """Rates of the gage rows: turned with plates that move as rigid bodies, else differences."""
     design, _, frames = parameter.at(0.0)
     if not frames:
         return None
     if is_rigid(parameter, mesh.dimension):
-        turning = _turning(parameter, mesh)
         if turning is None:
             return None
         found = own_rows @ turning
@@ -150,25 +151,13 @@ def _turning(parameter: Parameter, mesh: Mesh) -> sp.csr_matrix | None:
     return sp.csr_matrix(sp.kron(sp.diags_array(spins), turn))
 
 
-def _attached_rates(parameter: Parameter, body: Body) -> sp.csr_matrix | None:
-    """Rates of the stiffness of leads and gages, bars that turn with their plates."""
-    upper = body.attached
-    turning = None if upper is None else _turning(parameter, body.mesh)
-    if upper is None or turning is None:
-        return None
-    half = _full(upper) @ turning
-    return sp.csr_matrix(half + half.T)
-
-
 def _full(upper: sp.csr_matrix) -> sp.csr_matrix:
     return sp.csr_matrix(upper + upper.T - sp.diags_array(upper.diagonal()))
 
 
 def _facing(parameter: Parameter, model: FiniteElementModel, velocity: Array | None) -> Facing:
     """Rates of trace, gap and frames, by differences of their closed forms."""
-    reduced, condensed = model.reduced, model.condensed
-    body, mesh = condensed.body, model.mesh
-    moves = velocity is not None
+    reduced, body, mesh = model.reduced, model.condensed.body, model.mesh
 
     def parts(change: float) -> list[Any]:
         design, scene, _ = parameter.at(change)
@@ -182,14 +171,8 @@ def _facing(parameter: Parameter, model: FiniteElementModel, velocity: Array | N
         gap = surface.mean(rigid.distance(surface.points), reduced.nodes)
         moved = replace(reduced, points=points[trace.nodes])
         frames = local_frames(rigid.normal(moved.points))
-        modes = _turned_modes(frames, moved)
-        own = [trace.operator] if moves else []
-        return [gap, frames, modes, trace.areas, trace.facet_areas, *own]
+        modes = np.einsum("mab,kmb->kma", frames, rigid_modes(moved))
+        return [gap, frames, modes, trace.areas, trace.facet_areas, trace.operator]
 
-    rates = parameter.rates(parts)
-    trace = sp.csr_matrix(rates[5]) if moves else None
-    return Facing(trace, *rates[:5])
-
-
-def _turned_modes(frames: Array, model: ReducedModel) -> Array:
-    return np.asarray(np.einsum("mab,kmb->kma", frames, rigid_modes(model)))
+    *rates, trace = parameter.rates(parts)
+    return Facing(None if velocity is None else sp.csr_matrix(trace), *rates)

@@ -10,9 +10,9 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
+from operator import mul
 from typing import Any, NamedTuple
 
-from fingerdesign.design.base import Table
 from fingerdesign.design.faults import shown
 from fingerdesign.design.keys import leaves
 from fingerdesign.design.scene import Scene
@@ -52,17 +52,13 @@ class Parameter:
 
     def rate(self, of: Callable[[float], Any]) -> Any:
         """The derivative at 0 of a function of the change, by five points."""
-        return sum(weight * value for weight, value in self._points(of))
+        return self.rates(lambda change: [of(change)])[0]
 
     def rates(self, of: Callable[[float], list[Any]]) -> list[Any]:
         """The derivatives of several functions that are worked out together."""
-        points = self._points(of)
-        return [
-            sum(weight * values[k] for weight, values in points) for k in range(len(points[0][1]))
-        ]
-
-    def _points(self, of: Callable[[float], Any]) -> list[tuple[float, Any]]:
-        return [(weight / self.step, of(k * self.step)) for k, weight in _WEIGHTS.items()]
+        points = zip(*(of(k * self.step) for k in _WEIGHTS), strict=True)
+        weights = [weight / self.step for weight in _WEIGHTS.values()]
+        return [sum(map(mul, weights, values)) for values in points]
 
 
 def differentiable(design: Design) -> Design:
@@ -82,11 +78,11 @@ def parameters_of(
 
     frames: the plates that are in the model, of which places are wanted; None: all.
     """
-    shown = plate_frames(design) if frames is None else frames
+    here = Variant(design, scene, plate_frames(design) if frames is None else frames)
     found, faults = [], list[Fault]()
     for name in names:
         try:
-            found.append(_parameter(design, scene, shown, name))
+            found.append(_parameter(here, name))
         except DesignError as error:
             faults += error.faults
     if faults:
@@ -94,22 +90,18 @@ def parameters_of(
     return found
 
 
-def _parameter(
-    design: Design, scene: Scene, frames: tuple[PlateFrame, ...], name: str
-) -> Parameter:
+def _parameter(here: Variant, name: str) -> Parameter:
     place = re.fullmatch(r"placement(?:\[(\d{1,6})\])?\.(\w+)", name)
     if place is not None and place[2] in PLACES:
-        here = Variant(design, scene, frames)
         return _placement(here, name, place[1], PLACES.index(place[2]))
     table, _, key = name.partition(".")
+    value = None
     if table == "object" and key in _OBJECT:
-        value = getattr(scene.object, key)
-        if value is not None:
-            return _of_object(design, scene, name, key, float(value))
-    if table in _TABLES:
-        values = dict(leaves(design.model_dump(mode="json")))
-        if isinstance(values.get(name), float):
-            return _of_design(design, scene, name, float(values[name]))
+        value = getattr(here.scene.object, key)
+    elif table in _TABLES:
+        value = dict(leaves(here.design.model_dump(mode="json"))).get(name)
+    if isinstance(value, float):
+        return _of_key(here, name, value)
     bound = "a number of body, plates, gages, materials or object, or placement[k].x_mm"
     raise DesignError([Fault("parameters", shown(name), bound, "write the key as in the file")])
 
@@ -119,46 +111,36 @@ def _placement(here: Variant, name: str, one: str | None, axis: int) -> Paramete
     if not frames or (one is not None and int(one) >= len(frames)):
         bound = f"one of {len(frames)} plates, numbered from 0"
         raise DesignError([Fault("parameters", shown(name), bound, "name a plate that is there")])
+    key = ("place", "y", "angle_deg")[axis]
 
     @cache
     def at(change: float) -> Variant:
-        own = [k == int(one) if one is not None else True for k in range(len(frames))]
-        names = ("place", "y", "angle_deg")
-        moved = []
-        for frame, mine in zip(frames, own, strict=True):
-            there: dict[str, Any] = {names[axis]: getattr(frame, names[axis]) + change * mine}
-            moved.append(replace(frame, **there))
+        moved = list(frames)
+        for k in range(len(frames)) if one is None else [int(one)]:
+            there: dict[str, Any] = {key: getattr(frames[k], key) + change}
+            moved[k] = replace(frames[k], **there)
         return here._replace(frames=tuple(moved))
 
-    first = frames[int(one or 0)]
-    value = (first.place, first.y, first.angle_deg)[axis]
+    value = getattr(frames[int(one or 0)], key)
     return Parameter(name, "placement", value, 0.05 if axis == 2 else _STEP, at)
 
 
-def _of_object(design: Design, scene: Scene, name: str, key: str, value: float) -> Parameter:
-    frames = plate_frames(design)
-
-    @cache
-    def at(change: float) -> Variant:
-        rigid: Table = scene.object.model_copy(update={key: value + change})
-        return Variant(design, scene.model_copy(update={"object": rigid}), frames)
-
-    step = 0.05 if key == "tilt_deg" else _STEP * max(abs(value), _LEAST)
-    return Parameter(name, "object", value, step, at)
-
-
-def _of_design(design: Design, scene: Scene, name: str, value: float) -> Parameter:
+def _of_key(here: Variant, name: str, value: float) -> Parameter:
+    table, design = name.partition(".")[0], here.design
     full = name == "body.depth_mm" and design.plates.span_mm == design.body.depth_mm
 
     @cache
     def at(change: float) -> Variant:
+        if table == "object":
+            return here._replace(scene=_with(here.scene, name, value + change))
         varied = _with(design, name, value + change)
         if full:  # plates that reach from end to end do so in a deeper finger
             varied = _with(varied, "plates.span_mm", value + change)
-        return Variant(varied, scene, plate_frames(varied))
+        return here._replace(design=varied, frames=plate_frames(varied))
 
-    step = 0.05 if name.endswith("_deg") else _STEP * max(abs(value), 0.05)
-    return Parameter(name, name.partition(".")[0], value, step, at)
+    least = _LEAST if table == "object" else 0.05
+    step = 0.05 if name.endswith("_deg") else _STEP * max(abs(value), least)
+    return Parameter(name, table, value, step, at)
 
 
 def _with(table: Any, name: str, value: float) -> Any:
