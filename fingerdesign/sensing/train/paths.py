@@ -6,8 +6,9 @@ off. The steps are as long as a controller's. Noise is added later, when the gri
 """
 
 from collections.abc import Iterable, Iterator
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -15,7 +16,8 @@ from fingerdesign.contact.gross_slip import meeting
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.features import FingerCurves, Moment
-from fingerdesign.control.plants.plant import CondensedPlant, Truth
+from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
+from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.pool import Pool
@@ -82,6 +84,32 @@ class RandomGripPath:
         )
 
 
+class RecordingPlant:
+    """A plant that records the true samples and states, before any noise."""
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant = plant
+        self._moments: list[Moment] = []
+        self._truths: list[Truth] = []
+
+    def move(self, dx: float, dy: float) -> Sample:
+        sample = self._plant.move(dx, dy)
+        self._moments.append(Moment(sample, dx, dy))
+        self._truths.append(self._plant.truth())
+        return sample
+
+    def truth(self) -> Truth:
+        return self._plant.truth()
+
+    def path(self, friction: float) -> RandomGripPath:
+        return RandomGripPath(friction, tuple(self._moments), tuple(self._truths))
+
+
+def drawn_evenly(rng: np.random.Generator, low: float, high: float) -> float:
+    """Draw a number evenly in its logarithm."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
 def random_grip_paths(
     problem: ContactProblem,
     settings: Settings,
@@ -119,29 +147,20 @@ def random_grip_path(
     problem: ContactProblem, settings: Settings, rng: np.random.Generator
 ) -> RandomGripPath:
     """Make a random grip path; it is short where it slips or reaches the stage's end."""
-    friction = float(np.exp(rng.uniform(*np.log(FRICTIONS))))
+    friction = drawn_evenly(rng, *FRICTIONS)
     if problem.law.exponent:
-        holds_at = float(np.exp(rng.uniform(*np.log(_HOLDS_AT))))
-        problem = meeting(problem, friction, holds_at)
+        problem = meeting(problem, friction, drawn_evenly(rng, *_HOLDS_AT))
     else:
         problem = problem.with_friction(friction)
-    plant = CondensedPlant(problem, settings.face)
-    moments: list[Moment] = []
-    truths: list[Truth] = []
-    slipped = 0
-    for dx, dy in _moves(plant, friction, rng):
-        try:
-            sample = plant.move(dx, dy)
-        except SolverError:
-            break  # A step that the model cannot solve trains nothing; the earlier ones are valid.
-        truth = plant.truth()
-        moments.append(Moment(sample, dx, dy))
-        truths.append(truth)
-        slipped += truth.complete_slip
-        at_end = truth.approach > settings.bounds.max_approach
-        if len(moments) == _STEPS or slipped == _SLIPS or at_end:
-            break
-    return RandomGripPath(friction, tuple(moments), tuple(truths))
+    plant, slipped = RecordingPlant(CondensedPlant(problem, settings.face)), 0
+    # A step that the model cannot solve trains nothing; the earlier ones are valid.
+    with suppress(SolverError):
+        for dx, dy in islice(_moves(plant, friction, rng), _STEPS):
+            plant.move(dx, dy)
+            slipped += plant.truth().complete_slip
+            if slipped == _SLIPS or plant.truth().approach > settings.bounds.max_approach:
+                break
+    return plant.path(friction)
 
 
 def _slip_ratio(truth: Truth, friction: float) -> float:
@@ -150,7 +169,7 @@ def _slip_ratio(truth: Truth, friction: float) -> float:
 
 
 def _moves(
-    plant: CondensedPlant, friction: float, rng: np.random.Generator
+    plant: Plant, friction: float, rng: np.random.Generator
 ) -> Iterator[tuple[float, float]]:
     """Moves (dx, dy) without end, each chosen by the truth after the last."""
     preload, step = rng.uniform(*_PRELOAD), rng.uniform(*_PRESS)
@@ -184,10 +203,9 @@ def _moves(
 class _Stiffness:
     """dF_t/dx and dF_n/dy, N/mm, as the last moves showed them."""
 
-    def __init__(self, plant: CondensedPlant, friction: float) -> None:
+    def __init__(self, plant: Plant, friction: float) -> None:
         self._plant, self._friction = plant, friction
-        self._before = plant.truth()
-        self._pulling = 0.0
+        self._before, self._pulling = plant.truth(), 0.0
 
     @property
     def pressing(self) -> float:

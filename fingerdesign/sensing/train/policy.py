@@ -12,25 +12,21 @@ from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 
-import numpy as np
-
 from fingerdesign.contact.gross_slip import meeting
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
 from fingerdesign.control.episode import run_episode
 from fingerdesign.control.estimator import GripEstimator
-from fingerdesign.control.features import Moment
 from fingerdesign.control.plants.hardware import ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant, Relaxation, Timed
-from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
+from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.roster import Object
-from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.estimator import BANDS
-from fingerdesign.sensing.train.paths import FRICTIONS, RandomGripPath
+from fingerdesign.sensing.train.paths import FRICTIONS, RandomGripPath, RecordingPlant, drawn_evenly
 
 _MASSES_G = (80.0, 1200.0)
 _HANGS = 2  # A lifted object is held for so many steps.
@@ -41,24 +37,6 @@ _KINETIC, _RELAXATION, _DELAY = 0.2, 0.15, 2
 _LEAST_MOMENTS = 3  # A grip with no more moments is left out.
 # The regulator's own settings are drawn too, so that the training suits any that a design chooses.
 _TARGET, _PROBE_N, _PULL = (0.6, 0.85), (0.6, 1.8), (0.015, 0.05)
-
-
-class _RecordingPlant:
-    """A plant that records the true samples and states, before any noise."""
-
-    def __init__(self, plant: Plant) -> None:
-        self._plant = plant
-        self.moments: list[Moment] = []
-        self.truths: list[Truth] = []
-
-    def move(self, dx: float, dy: float) -> Sample:
-        sample = self._plant.move(dx, dy)
-        self.moments.append(Moment(sample, dx, dy))
-        self.truths.append(self._plant.truth())
-        return sample
-
-    def truth(self) -> Truth:
-        return self._plant.truth()
 
 
 def policy_grips(
@@ -81,11 +59,13 @@ def policy_grips(
     found = []
     for number, problem in enumerate(objects):
         rng = stream(seed, "grip of the behaviour policy", number)
-        friction, mass, noise = (_drawn(rng, *each) for each in (FRICTIONS, _MASSES_G, BANDS[0]))
+        friction, mass, noise = (
+            drawn_evenly(rng, *each) for each in (FRICTIONS, _MASSES_G, BANDS[0])
+        )
         table = RegulatorTable(
             target=rng.uniform(*_TARGET),
-            probe_force_N=_drawn(rng, *_PROBE_N),
-            pull_share=_drawn(rng, *_PULL),
+            probe_force_N=drawn_evenly(rng, *_PROBE_N),
+            pull_share=drawn_evenly(rng, *_PULL),
         )
         hand = Regulator(grip, table, Object(estimator=policy.at_noise(noise)))
         relaxes, slides = rng.uniform(0.0, (_RELAXATION, _KINETIC)) * rng.integers(0, 2, 2)
@@ -98,7 +78,7 @@ def policy_grips(
             kinetic_share=1.0 - float(slides),
             ratio_of_now=True,
         )
-        plant, delay = _RecordingPlant(lift), int(rng.integers(0, _DELAY + 1))
+        plant, delay = RecordingPlant(lift), int(rng.integers(0, _DELAY + 1))
         hardware = grip.hardware.model_copy(
             update={
                 "delay_samples": delay,
@@ -110,11 +90,7 @@ def policy_grips(
             imperfect = ImperfectPlant(plant, hardware, rng)
             calibration = replace(known, delay=delay)
             run_episode(imperfect, hand, calibration, bounds, friction, mass, _HANGS)
-        if len(plant.moments) > _LEAST_MOMENTS:
-            found.append(RandomGripPath(friction, tuple(plant.moments), tuple(plant.truths)))
+        path = plant.path(friction)
+        if len(path.moments) > _LEAST_MOMENTS:
+            found.append(path)
     return found
-
-
-def _drawn(rng: np.random.Generator, low: float, high: float) -> float:
-    """Draw a number evenly in its logarithm."""
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))

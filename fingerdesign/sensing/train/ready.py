@@ -81,14 +81,12 @@ def estimator_of(
 
     Raises as :func:`training_result_for`, which has these arguments too.
     """
-    shipped = shipped_estimator(design, fidelity)
-    if shipped is not None:
+    if (shipped := shipped_estimator(design, fidelity)) is not None:
         return shipped
-    if shipped_estimator(design) is None:
-        return training_result_for(design, report, workers, fidelity).estimator
+    hint = "" if shipped_estimator(design) is None else "; --fidelity 3d needs no training"
 
     def hinted(message: str) -> None:
-        report(f"{message}; --fidelity 3d needs no training")
+        report(f"{message}{hint}")
 
     return training_result_for(design, hinted, workers, fidelity).estimator
 

@@ -14,7 +14,7 @@ from fingerdesign.control.features import LEAST_FORCE, FingerCurves, Moment, fea
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.streams import stream
-from fingerdesign.sensing.train.paths import PART, RandomGripPath, Settings
+from fingerdesign.sensing.train.paths import PART, RandomGripPath, Settings, drawn_evenly
 
 _RADII = 8  # The turn radius is computed at so many depths.
 GAIN_STD = 0.01  # The standard deviation of the gages' gains, drawn again for each replicate.
@@ -77,7 +77,7 @@ def _sampled_part(
         for replicate in range(settings.replicates):
             words = f"{least:g} to {most:g}"
             rng = stream(settings.seed, "noise of a training", words, number, replicate)
-            noise = float(np.exp(rng.uniform(np.log(least), np.log(most))))
+            noise = drawn_evenly(rng, least, most)
             grip = _with_failing_gage(own, rng) if rng.uniform() < _FAILURES else own
             inputs, truths = sample(grip, curves, settings, rng, noise)
             weights = np.full(len(inputs), 1.0 / grip.friction_coefficient)
