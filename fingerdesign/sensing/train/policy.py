@@ -59,9 +59,8 @@ def policy_grips(
     found = []
     for number, problem in enumerate(objects):
         rng = stream(seed, "grip of the behaviour policy", number)
-        friction, mass, noise = (
-            drawn_evenly(rng, *each) for each in (FRICTIONS, _MASSES_G, BANDS[0])
-        )
+        ranges = (FRICTIONS, _MASSES_G, BANDS[0])
+        friction, mass, noise = (drawn_evenly(rng, *each) for each in ranges)
         table = RegulatorTable(
             target=rng.uniform(*_TARGET),
             probe_force_N=drawn_evenly(rng, *_PROBE_N),
@@ -79,13 +78,8 @@ def policy_grips(
             ratio_of_now=True,
         )
         plant, delay = RecordingPlant(lift), int(rng.integers(0, _DELAY + 1))
-        hardware = grip.hardware.model_copy(
-            update={
-                "delay_samples": delay,
-                "gage_noise_microstrain": noise,
-                "gage_noise_microvolt_per_V": 0.0,
-            }
-        )
+        noises = {"gage_noise_microstrain": noise, "gage_noise_microvolt_per_V": 0.0}
+        hardware = grip.hardware.model_copy(update={"delay_samples": delay, **noises})
         with suppress(SolverError):  # The moments before the failure are valid.
             imperfect = ImperfectPlant(plant, hardware, rng)
             calibration = replace(known, delay=delay)
