@@ -310,8 +310,7 @@ def test_gains_and_touch_are_fitted_without_another_finger(design, calls_of):
     x = np.zeros(len(latents))
     before = problem.residual(x)
     condensed = calls_of(BenchModel, "bench")
-    bounds = (np.full(len(x), -4.0), np.full(len(x), 4.0))
-    found = problem.settled(x, bounds)
+    found = problem.settled(x)
     after = problem.residual(found)
     assert not condensed
     assert found[0] == 0.0

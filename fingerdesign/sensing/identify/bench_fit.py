@@ -29,7 +29,7 @@ values (docs/how_to/identify.md).
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -42,11 +42,7 @@ from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.fem.factor import orders_held
 from fingerdesign.fem.memory import memory_kept
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.identify.bench import (
-    MOST_LEAN_DEG,
-    BenchModel,
-    protocol,
-)
+from fingerdesign.sensing.identify.bench import MOST_LEAN_DEG, BenchModel, protocol
 from fingerdesign.sensing.identify.latents import MOST_POISSON, Latent, latents_of, with_latents
 from fingerdesign.sensing.identify.sensitivities import differences
 
@@ -218,11 +214,11 @@ def _compared(slide: Slide) -> IntArray:
 
 def _thinned(phase: Phase, moves: int) -> Phase:
     """A press with fewer moves: derivatives need no more."""
-    points = phase.points
-    if phase.kind != "press" or len(points.approach) <= moves:
+    points = vars(phase.points)
+    if phase.kind != "press" or len(phase.points.approach) <= moves:
         return phase
-    some = _some(len(points.approach), moves)
-    return replace(phase, points=Points(*(getattr(points, f.name)[some] for f in fields(Points))))
+    some = _some(len(phase.points.approach), moves)
+    return replace(phase, points=Points(**{key: each[some] for key, each in points.items()}))
 
 
 def _planned(
@@ -235,11 +231,8 @@ def _planned(
 
 def small_pulls(phases: Sequence[Phase], count: int) -> tuple[Array, Array]:
     """F_t, N, and shear, mm, of the ``count`` deepest small shears (k,), by depth."""
-    last = [
-        (float(p.points.normal_force[-1]), p.points.tangential_force[-1], p.points.shear[-1])
-        for p in phases
-        if p.kind == "shear"
-    ]
+    sheared = [phase.points for phase in phases if phase.kind == "shear"]
+    last = [(at.normal_force[-1], at.tangential_force[-1], at.shear[-1]) for at in sheared]
     table = np.array(sorted(last)[-count:])
     return table[:, 1], table[:, 2]
 
@@ -247,9 +240,8 @@ def small_pulls(phases: Sequence[Phase], count: int) -> tuple[Array, Array]:
 def dead_gages(curves: BenchCurves, noise: float) -> tuple[int, ...]:
     """Gages (from 1) whose readings under the press are noise, or a hundredth of the others'."""
     most = np.abs(curves.calibration.normal.readings).max(axis=0)
-    return tuple(
-        int(k) + 1 for k in np.flatnonzero(most < max(5.0 * noise, 0.01 * np.median(most)))
-    )
+    dead = most < max(5.0 * noise, 0.01 * np.median(most))
+    return tuple((1 + np.flatnonzero(dead)).tolist())
 
 
 class _Problem:
@@ -263,6 +255,7 @@ class _Problem:
         self._kinds = np.array([each.kind for each in latents])
         self._free = np.isin(self._kinds, _FREE)
         self._leant = dict[bytes, Callable[[float], BenchCurves]]()
+        self.least, self.most = _bounds(model.design, latents)
 
     def finger(self, x: Array) -> Design:
         """The finger at x. Raises DesignError where it is not sound."""
@@ -276,18 +269,22 @@ class _Problem:
             last = list(self._leant.items())[-1:]  # Of a finger in 3-D 120 MB are held.
             played = cache(self.model.curves_by_lean(self.finger(x)))
             self._leant = {**dict(last), key: played}
-        return self._leant[key](float(self.values(x, "lean").sum()) + leaning)
+        return self._leant[key](self.value(x, "lean") + leaning)
 
     def values(self, x: Array, kind: str) -> Array:
         """The latents of a kind, in their unit."""
         return np.asarray((x * self.scale)[self._kinds == kind])
+
+    def value(self, x: Array, kind: str) -> float:
+        """The latent of a kind of which there is one, or 0."""
+        return float(self.values(x, kind).sum())
 
     def played(
         self, x: Array, lean: float = 0.0, touch: float = 0.0, stiffer: float = 0.0
     ) -> tuple[Array, Array]:
         """The model's strain, through gains of 1, and scalar at x, and at a further lean and touch,
         all moduli larger by the fraction ``stiffer``."""
-        touch += float(self.values(x, "touch").sum())
+        touch += self.value(x, "touch")
         return self.data.where.of(self.curves(x, lean), touch, 1.0 + stiffer)
 
     def off(self, x: Array) -> tuple[Array, Array]:
@@ -303,7 +300,7 @@ class _Problem:
         own = strain / self.data.strain_deviation
         return np.concatenate([own.ravel(), scalar / self.data.scalar_deviation, x])
 
-    def settled(self, x: Array, bounds: tuple[Array, Array]) -> Array:
+    def settled(self, x: Array) -> Array:
         """x with those gains and that touch that fit best to its finger's curves, or x where the
         finger is not sound."""
         own = self._free
@@ -313,7 +310,7 @@ class _Problem:
             return x
         for _ in range(_SETTLING):
             jacobian = self.jacobian(x)[:, own]
-            room = bounds[0][own] - x[own], bounds[1][own] - x[own]
+            room = (self.least - x)[own], (self.most - x)[own]
             x = x.copy()
             x[own] += lsq_linear(jacobian, -self.residual(x), room).x
         return x
@@ -323,9 +320,8 @@ class _Problem:
         the rough mesh, too."""
         exact = _EXACT if roughly else (*_EXACT, "lean")
         shaped = [k for k, each in enumerate(self.latents) if each.kind not in exact]
-        lean = float(self.values(x, "lean").sum())
         own = [self.latents[k] for k in shaped]
-        found = differences(planned, self.finger(x), own, lean, report)
+        found = differences(planned, self.finger(x), own, self.value(x, "lean"), report)
         self.columns = np.zeros_like(self.columns)
         for k, each in zip(shaped, found, strict=True):
             low, high = (self._weighed(*self.data.where.of(c)) for c in (each.low, each.high))
@@ -339,11 +335,10 @@ class _Problem:
         through = np.concatenate([gains.ravel(), np.ones(len(self.data.scalar))])
         own = through[:, None] * (self.columns + self._exact_columns(x))
         strain, still = self.played(x)[0], np.zeros_like(self.data.scalar)
-        for k, each in enumerate(self.latents):
-            if each.kind == "gain" and each.number is not None:
-                rise = np.zeros_like(strain)
-                rise[:, each.number - 1] = self.scale[k] * strain[:, each.number - 1]
-                own[:, k] = self._weighed(rise, still)
+        for gage, k in enumerate(np.flatnonzero(self._kinds == "gain")):
+            rise = np.zeros_like(strain)
+            rise[:, gage] = self.scale[k] * strain[:, gage]
+            own[:, k] = self._weighed(rise, still)
         return np.concatenate([own, np.eye(len(self.scale))])
 
     def _exact_columns(self, x: Array) -> Array:
@@ -412,14 +407,13 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     about = _about_lean(at_first.rough_curves_by_lean(), data, report) if tilts else 0.0
     problem = _Problem(model, data, latents)
     x = np.array([about / each.deviation * (each.kind == "lean") for each in latents])
-    bounds, fall = _bounds(design, latents), np.inf
-    x = problem.settled(x, bounds)
+    x, fall = problem.settled(x), np.inf
     with orders_held(_EQUATIONS), memory_kept():
         for number, steps in enumerate(_STEPS, 1):
             roughly = number < len(_STEPS)
             problem.derive(x, at_first if roughly else in_the_end, roughly, report)
             report("fitting")
-            x, fall = _least_squares(problem, x, bounds, steps)
+            x, fall = _least_squares(problem, x, steps)
             if fall < _ENOUGH * float(np.sum(problem.residual(x) ** 2)):
                 break
     left = problem.residual(x)
@@ -431,14 +425,13 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
             "design near to the finger?"
         )
     fit = _fitted(problem, x, dead, alive, model.curves())
-    _refuse_another(fit, x, bounds)
+    _refuse_another(fit, np.minimum(x - problem.least, problem.most - x) < 1e-6)
     return fit
 
 
-def _refuse_another(fit: LatentFit, x: Array, bounds: tuple[Array, Array]) -> None:
+def _refuse_another(fit: LatentFit, stopped: BoolArray) -> None:
     """Raise SolverError where a modulus goes no further, and much is left."""
     moduli = np.array(["modulus" in each.kind for each in fit.latents])
-    stopped = np.minimum(x - bounds[0], bounds[1] - x) < 1e-6
     if fit.misfit > _ANOTHER**2 and (moduli & stopped).any():
         raise SolverError(
             "no finger near the design explains the bench: a modulus ends at its limit, and "
@@ -447,9 +440,7 @@ def _refuse_another(fit: LatentFit, x: Array, bounds: tuple[Array, Array]) -> No
         )
 
 
-def _least_squares(
-    problem: _Problem, x: Array, bounds: tuple[Array, Array], most: int
-) -> tuple[Array, float]:
+def _least_squares(problem: _Problem, x: Array, most: int) -> tuple[Array, float]:
     """Gauss-Newton steps from x within bounds, at most ``most``: x, and by how much squares would
     fall by a further step. Steps end where that is less than the share ``_ENOUGH``.
 
@@ -458,12 +449,12 @@ def _least_squares(
     left, fall = problem.residual(x), 0.0
     for number in range(most + 1):
         jacobian = problem.jacobian(x)
-        step = lsq_linear(jacobian, -left, (bounds[0] - x, bounds[1] - x)).x
+        step = lsq_linear(jacobian, -left, (problem.least - x, problem.most - x)).x
         fall = float(left @ left - np.sum((left + jacobian @ step) ** 2))
         if fall < _ENOUGH * float(left @ left) or number == most:
             break
         for _ in range(_HALVINGS):
-            there = problem.settled(x + step, bounds)
+            there = problem.settled(x + step)
             now = problem.residual(there)
             if now @ now < left @ left:
                 break
@@ -483,7 +474,8 @@ def _bounds(design: Design, latents: Sequence[Latent]) -> tuple[Array, Array]:
             room = MOST_POISSON - design.material_of("body").poissons_ratio
             most[k] = max(room / each.deviation, 1e-3)
         if each.kind == "lean":
-            most[k], least[k] = MOST_LEAN_DEG / each.deviation, -MOST_LEAN_DEG / each.deviation
+            most[k] = MOST_LEAN_DEG / each.deviation
+            least[k] = -most[k]
     return least, most
 
 

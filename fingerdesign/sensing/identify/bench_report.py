@@ -124,17 +124,12 @@ class CalibrationData:
 
 @dataclass(frozen=True)
 class CalibratedFinger:
-    """The result of a bench. estimator: with this finger's curves, None where none was given;
-    fitted: the design with the fitted plates and materials."""
+    """The result of a bench. estimator: with this finger's curves, None where none was given."""
 
     data: CalibrationData
     calibration: Calibration
     fit: LatentFit
     estimator: GripEstimator | None
-
-    @property
-    def fitted(self) -> Design:
-        return self.fit.design
 
 
 def calibrated_finger(
@@ -161,10 +156,10 @@ def calibrated_finger(
     measured = Measured(design, phases, curves, noise, fidelity)
     fit = fit_latents(measured, report)
     report("joining the curves")
-    known = joined_calibration(measured, fit)
-    own = None if estimator is None else estimator.on_rig(known)
-    data = _data(measured, known, fit, None if estimator is None else estimator.design)
-    return CalibratedFinger(data, known, fit, own)
+    known, trained_on = joined_calibration(measured, fit), None
+    if estimator is not None:
+        trained_on, estimator = estimator.design, estimator.on_rig(known)
+    return CalibratedFinger(_data(measured, known, fit, trained_on), known, fit, estimator)
 
 
 def _refuse_beyond(design: Design, phases: Sequence[Phase], source: Path) -> None:
@@ -269,7 +264,7 @@ def _bench_warnings(measured: Measured) -> Iterator[str]:
 def write_calibration(found: CalibratedFinger, folder: Path) -> None:
     """The record, the fitted design and, where there is one, the estimator into a folder."""
     (folder / RECORD_FILE).write_text(json_text(found.data, indent=1), encoding="utf-8")
-    (folder / FITTED_FILE).write_text(dump_design(found.fitted), encoding="utf-8")
+    (folder / FITTED_FILE).write_text(dump_design(found.fit.design), encoding="utf-8")
     if found.estimator is not None:
         (folder / ESTIMATOR_FILE).write_text(found.estimator.to_json(), encoding="utf-8")
 

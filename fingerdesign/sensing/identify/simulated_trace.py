@@ -45,7 +45,7 @@ def simulated_trace(
     """Draw a finger and record it. Raises SolverError where its model has no answer."""
     rng = stream(seed, "simulated trace")
     material = design.body.material
-    modulus = design.materials[material].youngs_modulus_MPa
+    modulus = design.material_of("body").youngs_modulus_MPa
     modulus *= float(np.exp(rng.uniform(-_MODULUS, _MODULUS)))
     friction, touch = float(rng.uniform(*_FRICTION)), float(rng.uniform(-_TOUCH_MM, _TOUCH_MM))
     terms = _terms(rng)
@@ -84,9 +84,8 @@ def _recorded(
     rows, gages = answers.shape[0], answers.shape[1] - 2
     hardware = design.rig.hardware
     noise = (hardware.force_noise_N or _NOISE[0], hardware.gage_noise_microstrain or _NOISE[1])
-    draws = rng.standard_normal((4, gages))
-    scales = (_GAIN, _OFFSET, _DRIFT, _PER_KELVIN)
-    gain, offset, drift, warm = (each * scale for each, scale in zip(draws, scales, strict=True))
+    scales = np.array([_GAIN, _OFFSET, _DRIFT, _PER_KELVIN])
+    gain, offset, drift, warm = rng.standard_normal((4, gages)) * scales[:, None]
     time = trace.time - trace.time[0]
     heated = _WARMS_K * -np.expm1(-trace.time / 20.0) + 0.02 * rng.standard_normal(rows)
     heated = np.round(20.0 + heated, 2)
@@ -94,13 +93,10 @@ def _recorded(
     readings += np.outer(heated - heated[0], warm)
     forces = answers[:, :2] + noise[0] * rng.standard_normal((rows, 2))
     readings += noise[1] * rng.standard_normal((rows, gages))
-    for k in range(gages):
-        own = zip(
-            ("gain", "offset", "drift", "per_kelvin"),
-            (1.0 + gain, offset, drift, warm),
-            strict=True,
-        )
-        truth |= {f"gage_{k + 1}.{name}": float(values[k]) for name, values in own}
+    names = ("gain", "offset", "drift", "per_kelvin")
+    for number, own in enumerate(np.array([1.0 + gain, offset, drift, warm]).T.tolist(), 1):
+        values = zip(names, own, strict=True)
+        truth |= {f"gage_{number}.{name}": value for name, value in values}
     found = replace(
         trace,
         normal_force=forces[:, 0],

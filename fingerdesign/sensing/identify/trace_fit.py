@@ -9,7 +9,7 @@ no more. Standard deviations are those of all unknowns together, from the noise 
 and widened by the misfit.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -87,14 +87,10 @@ class TraceFit:
         if more is not None:
             other = self.model.along(more)
             information = other.information(self.x, self.steps, self.linear)
-        deepest = float(self.model.path.approach.max())
-        width = self.linear.shape[1]
-        before = [_BEFORE[each.kind] for each in self.unknowns]
-        before = [
-            each * (deepest if u.kind == "touch" else 1.0)
-            for each, u in zip(before, self.unknowns, strict=True)
-        ]
-        before += [_BEFORE["gain"], *[_BEFORE["drift"]] * (width - 1)] * len(self.linear)
+        units = {"touch": float(self.model.path.approach.max())}
+        before = [_BEFORE[each.kind] * units.get(each.kind, 1.0) for each in self.unknowns]
+        drifts = [_BEFORE["drift"]] * (self.linear.shape[1] - 1)
+        before += [_BEFORE["gain"], *drifts] * len(self.linear)
         total = information / max(self.misfit, 1.0) + np.diag(np.array(before) ** -2.0)
         scale = np.sqrt(np.diag(total))
         return np.asarray(np.linalg.inv(total / np.outer(scale, scale)) / np.outer(scale, scale))
@@ -160,11 +156,11 @@ def _is_near(fit: TraceFit) -> bool:
 def _with_term(fit: TraceFit, required: bool, rough: bool, report: Report) -> TraceFit | None:
     """The fit with one term more; None where the trace shows none, unless it is ``required``."""
     number = len(fit.terms) + 1
-    term, gain = _next_term(fit)
+    term, gain = _next_term(fit, number)
     if not required and gain < _TERM * np.log(fit.model.data.size):
         return None
     report(f"fitting {number} term{'' if number == 1 else 's'} of relaxation")
-    return _fit(fit.model, [*fit.restart, *term(number)], rough)
+    return _fit(fit.model, [*fit.restart, *term], rough)
 
 
 def _fewer(fit: TraceFit) -> TraceFit:
@@ -177,7 +173,7 @@ def _fewer(fit: TraceFit) -> TraceFit:
     return fit
 
 
-def _next_term(fit: TraceFit) -> tuple[Callable[[int], list[Unknown]], float]:
+def _next_term(fit: TraceFit, number: int) -> tuple[list[Unknown], float]:
     """The best next term, and the fall of the squares that it promises (a score test)."""
     model, path = fit.model, fit.model.path
     least, most = 0.3 * float(path.steps.min()), 10.0 * float(path.time[-1] - path.time[0])
@@ -192,15 +188,11 @@ def _next_term(fit: TraceFit) -> tuple[Callable[[int], list[Unknown]], float]:
         if along < 0.0 and along**2 / max(square, 1e-300) > best[0]:
             best = (along**2 / square, -along / square, float(time))
     gain, share, time = best
-
-    def term(number: int) -> list[Unknown]:
-        start = float(np.clip(share, 0.01, 0.3))
-        ends = (float(np.log(least)), float(np.log(most)))
-        return [
-            Unknown(f"share_{number}", "share", start, 1e-5, 0.45),
-            Unknown(f"time_{number}", "time", float(np.log(time)), *ends),
-        ]
-
+    start, low, high = (float(np.log(each)) for each in (time, least, most))
+    term = [
+        Unknown(f"share_{number}", "share", float(np.clip(share, 0.01, 0.3)), 1e-5, 0.45),
+        Unknown(f"time_{number}", "time", start, low, high),
+    ]
     return term, gain
 
 
@@ -345,9 +337,8 @@ def _with_law(
 
 def _with_modulus(design: Design, fit: TraceFit) -> Design:
     """The design with the modulus that a fit of its own model finds."""
-    material = design.body.material
-    modulus = design.materials[material].youngs_modulus_MPa * float(np.exp(fit.x[0]))
-    return with_values(design, {f"materials.{material}.youngs_modulus_MPa": modulus})
+    modulus = design.material_of("body").youngs_modulus_MPa * float(np.exp(fit.x[0]))
+    return with_values(design, {f"materials.{design.body.material}.youngs_modulus_MPa": modulus})
 
 
 def with_exponent(fit: TraceFit) -> TraceFit:

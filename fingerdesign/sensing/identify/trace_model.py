@@ -70,9 +70,7 @@ class TraceModel:
     def _played(self, x: Array, path: TracePath) -> Array:
         friction, touch, *memory = (float(value) for value in x[1:])
         exponent = memory.pop() if len(memory) % 2 else 0.0
-        terms = [
-            (share, float(np.exp(time))) for share, time in zip(*[iter(memory)] * 2, strict=True)
-        ]
+        terms = [(share, float(np.exp(t))) for share, t in np.reshape(memory, (-1, 2)).tolist()]
         law = FrictionLaw(float(np.exp(friction)), exponent=exponent, reference=self.pressure)
         problem = self._problem.with_friction(law)
         return played(problem, self._face, path, terms, touch)
@@ -156,8 +154,7 @@ def noise_of(trace: Trace) -> Array:
 
     They are 0 for values that are even over three rows; white noise of deviation s leaves 6 s^2.
     """
-    forces = np.column_stack([trace.normal_force, trace.tangential_force])
-    data = np.column_stack([forces, trace.readings])
+    data = np.column_stack([trace.normal_force, trace.tangential_force, trace.readings])
     bends = data[2:] - 2.0 * data[1:-1] + data[:-2]
     # The median leaves out the starts and stops of the stage, which are no noise.
     found = np.median(np.abs(bends), axis=0) / (0.6745 * np.sqrt(6.0))

@@ -93,7 +93,7 @@ class IdentificationData:
 def identification(found: Identified, trace: str) -> IdentificationData:
     """The record of an identification from the trace of that name."""
     fit, design = found.fit, found.design
-    values = tuple(_values(fit, _modulus(design)))
+    values = tuple(_values(fit, design.material_of("body").youngs_modulus_MPa))
     noise = fit.model.noise
     return IdentificationData(
         design=found.given.design.name,
@@ -103,7 +103,7 @@ def identification(found: Identified, trace: str) -> IdentificationData:
         rows=len(found.trace),
         points=len(fit.model.path.time),
         seconds=float(found.trace.time[-1] - found.trace.time[0]),
-        modulus_given_MPa=_modulus(found.given),
+        modulus_given_MPa=found.given.material_of("body").youngs_modulus_MPa,
         values=values,
         force_noise_N=tuple(noise[:2].tolist()),
         gage_noise_microstrain=tuple(noise[2:].tolist()),
@@ -114,22 +114,15 @@ def identification(found: Identified, trace: str) -> IdentificationData:
     )
 
 
-def _modulus(design: Design) -> float:
-    return design.materials[design.body.material].youngs_modulus_MPa
-
-
 def _values(fit: TraceFit, modulus: float) -> Iterator[ValueData]:
     count = len(fit.x)
     names = {"modulus": "youngs_modulus", "friction": "friction_coefficient"}
     units = {"modulus": "MPa", "touch": "mm", "time": "s"}
     for each, x, deviation in zip(fit.unknowns, fit.x, fit.deviations[:count], strict=True):
         name, kind = names.get(each.name, each.name), each.kind
-        unit = units.get(kind, "")
-        if each.by_logarithm:
-            scale = modulus if kind == "modulus" else 1.0
-            yield _by_logarithm(name, kind, unit, float(x), float(deviation), scale)
-        else:
-            yield _value(name, kind, unit, float(x), float(deviation))
+        scale = modulus if kind == "modulus" else 1.0
+        scaled = scale if each.by_logarithm else None
+        yield _value(name, kind, units.get(kind, ""), float(x), float(deviation), scaled)
     if fit.terms:
         yield _relaxed(fit, modulus)
     width = fit.linear.shape[1]
@@ -140,19 +133,16 @@ def _values(fit: TraceFit, modulus: float) -> Iterator[ValueData]:
             yield _value(name, kind, unit, float(value), float(deviation))
 
 
-def _value(name: str, kind: str, unit: str, x: float, deviation: float) -> ValueData:
-    half = _TWO_SIDED * deviation
-    return ValueData(name, kind, unit, x, deviation, x - half, x + half, half <= TARGET[kind])
-
-
-def _by_logarithm(
-    name: str, kind: str, unit: str, x: float, deviation: float, scale: float
+def _value(
+    name: str, kind: str, unit: str, x: float, deviation: float, scale: float | None = None
 ) -> ValueData:
-    """The value scale exp(x); the deviation is that of x."""
+    """The value x or, with a scale, scale exp(x); the deviation is that of x."""
     half = _TWO_SIDED * deviation
-    value, low, high = (float(scale * np.exp(x + each)) for each in (0.0, -half, half))
-    determined = half <= TARGET[kind]
-    return ValueData(name, kind, unit, value, value * deviation, low, high, determined)
+    value, low, high = x, x - half, x + half
+    if scale is not None:
+        value, low, high = (float(scale * np.exp(each)) for each in (value, low, high))
+        deviation *= value
+    return ValueData(name, kind, unit, value, deviation, low, high, half <= TARGET[kind])
 
 
 def _relaxed(fit: TraceFit, modulus: float) -> ValueData:
@@ -163,7 +153,7 @@ def _relaxed(fit: TraceFit, modulus: float) -> ValueData:
     slope[0], slope[shares] = 1.0, -1.0 / left
     deviation = float(np.sqrt(slope @ fit.covariance() @ slope))
     value = modulus * float(np.exp(fit.x[0])) * left
-    return _by_logarithm("relaxed_modulus", "modulus", "MPa", 0.0, deviation, value)
+    return _value("relaxed_modulus", "modulus", "MPa", 0.0, deviation, value)
 
 
 def _fit_warnings(fit: TraceFit) -> Iterator[str]:
@@ -225,14 +215,13 @@ def next_motion(found: Identified, values: tuple[ValueData, ...]) -> NextMotion 
     worst = int(np.argmax(ratios))
     if ratios[worst] <= 1.0:
         return None
-    best: NextMotion | None = None
-    for motion, words, path in _motions(found):
-        then = float(ratios[worst] * np.sqrt(fit.covariance(path)[worst, worst])) / float(
-            fit.deviations[worst]
-        )
-        if best is None or then < best.then:
-            best = NextMotion(motion, words, first[worst].name, float(ratios[worst]), then)
-    return best
+    name, now, deviation = first[worst].name, float(ratios[worst]), float(fit.deviations[worst])
+
+    def then(path: TracePath) -> float:
+        return float(now * np.sqrt(fit.covariance(path)[worst, worst])) / deviation
+
+    tried = (NextMotion(*words, name, now, then(path)) for *words, path in _motions(found))
+    return min(tried, key=lambda each: each.then)
 
 
 def _half(value: ValueData) -> float:
@@ -263,24 +252,19 @@ def _motions(found: Identified) -> Iterator[tuple[Motion, str, TracePath]]:
 
 def _longer(path: TracePath, approach: Array, shear: Array, steps: Array) -> TracePath:
     """A path with points after it; as many samples each as its moves have, or its rate gives."""
-    usual = float(np.min(path.steps / path.samples))
-    samples = np.maximum(steps / usual, 1.0)
-
-    def after(values: Array, more: Array) -> Array:
-        return np.concatenate([values, more])
-
-    count = len(approach)
-    last = None if path.temperature is None else np.full(count, path.temperature[-1])
-    return replace(
-        path,
-        time=after(path.time, path.time[-1] + np.cumsum(steps)),
-        approach=after(path.approach, approach),
-        shear=after(path.shear, shear),
-        forces=after(path.forces, np.zeros((count, 2))),
-        readings=after(path.readings, np.zeros((count, path.readings.shape[1]))),
-        samples=after(path.samples, samples),
-        temperature=None if last is None else after(np.asarray(path.temperature), last),
-    )
+    usual, count = float(np.min(path.steps / path.samples)), len(approach)
+    after: dict[str, Array] = {
+        "time": path.time[-1] + np.cumsum(steps),
+        "approach": approach,
+        "shear": shear,
+        "forces": np.zeros((count, 2)),
+        "readings": np.zeros((count, path.readings.shape[1])),
+        "samples": np.maximum(steps / usual, 1.0),
+    }
+    if path.temperature is not None:
+        after["temperature"] = np.full(count, path.temperature[-1])
+    longer = {key: np.concatenate([getattr(path, key), more]) for key, more in after.items()}
+    return replace(path, **longer)
 
 
 def identified_design(found: Identified, data: IdentificationData) -> Design:
