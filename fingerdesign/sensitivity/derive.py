@@ -36,7 +36,7 @@ from fingerdesign.mesh.moved import plate_weights
 from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensitivity.areas import OwnRates, area_rates, border_pairs, on_corner
 from fingerdesign.sensitivity.change import Change
-from fingerdesign.sensitivity.model import ResponseFields, response_fields
+from fingerdesign.sensitivity.model import ResponseFields
 from fingerdesign.sensitivity.parts import change_of, rows_of_plates
 from fingerdesign.sensitivity.path import near_nodes, needed_dofs, path_rates
 from fingerdesign.sensitivity.variant import Parameter, parameters_of
@@ -158,7 +158,7 @@ def derivatives(
     needed = needed_dofs(problem, increments, nodes)
     with ThreadPoolExecutor(1) as thread:  # PARDISO needs no Python
         here = copy_context().run  # with what the caller holds
-        solved = thread.submit(here, response_fields, model.condensed, nodes, needed)
+        solved = thread.submit(here, ResponseFields, model.condensed, nodes, needed)
         changes = changes_of(design, model, parameters)
     fields = solved.result()
     found = IncrementRates(problem, fields, changes, increments, steps if stick else ())

@@ -15,12 +15,11 @@ above each other in a swept body.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
-from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.fem.elements import physical_gradients, quadrature, strain_order, tabulate
 from fingerdesign.fem.stiffness import lame_parameters
 from fingerdesign.fem.system import Body, System, pressure_nodes
@@ -151,7 +150,7 @@ def _parts(body: Body, system: System, changes: Sequence[Change], count: int) ->
                 for start in range(0, len(some) * kind.any(), size):
                     here = some[start : start + size]
                     there = own[here].swapaxes(1, 2)
-                    yield _Part.of(body, here[:, 0], there, np.flatnonzero(kind), unit)
+                    yield _Part(body, here[:, 0], there, np.flatnonzero(kind), unit)
 
 
 def _at(velocity: sp.csr_matrix, nodes: IntArray) -> Array:
@@ -172,46 +171,29 @@ def _acting(body: Body, change: Change, cells: IntArray) -> IntArray:
     return found
 
 
-@dataclass(frozen=True)
 class _Part:
     """c classes of z cells, with the gradients of n shape functions at their q points.
 
     cells (c,): one of each class; unknowns (c, m, z): all, or the pressures alone; numbers (a,) of
     the changes that change them; slopes (c, q, d, n); weights (c, q); mixed (c,): those with
     pressures; first and shear (c,): both of Lame's; hats (corners, q), times the pressures' unit,
-    or none.
+    or none; solid: the number of a cell's unknowns that are displacements.
     """
 
-    cells: IntArray
-    nodes: IntArray
-    unknowns: IntArray
-    numbers: IntArray
-    slopes: Array
-    weights: Array
-    mixed: BoolArray
-    first: Array
-    shear: Array
-    hats: Array
-
-    @classmethod
-    def of(
-        cls, body: Body, cells: IntArray, unknowns: IntArray, numbers: IntArray, unit: float
-    ) -> "_Part":
-        """These cells of a body."""
-        mesh = body.mesh
-        order, nodes = strain_order(mesh.kind), mesh.cells[cells]
-        slopes, weights = physical_gradients(mesh.points, nodes, order)
-        slopes, weights = np.ascontiguousarray(slopes.swapaxes(2, 3)), weights * body.thickness
+    def __init__(
+        self, body: Body, cells: IntArray, unknowns: IntArray, numbers: IntArray, unit: float
+    ) -> None:
+        mesh, order = body.mesh, strain_order(body.mesh.kind)
+        self.cells, self.nodes, self.mixed = cells, mesh.cells[cells], body.pressed[cells]
+        self.unknowns, self.numbers = unknowns, numbers
+        slopes, weights = physical_gradients(mesh.points, self.nodes, order)
+        self.slopes = np.ascontiguousarray(slopes.swapaxes(2, 3))
+        self.weights = weights * body.thickness
         hats = unit * tabulate(mesh.kind, *quadrature(mesh.kind, order), degree=1).value
-        hats = hats[: unknowns.shape[1] % (nodes.shape[1] * mesh.dimension)]
-        lame = lame_parameters(body.youngs_modulus[cells], body.poissons_ratio[cells])
-        mixed = body.pressed[cells]
-        return cls(cells, nodes, unknowns, numbers, slopes, weights, mixed, *lame, hats)
-
-    @property
-    def solid(self) -> int:
-        """Number of a cell's unknowns that are displacements."""
-        return int(self.unknowns.shape[1] - len(self.hats))
+        self.hats = hats[: unknowns.shape[1] % (self.nodes.shape[1] * mesh.dimension)]
+        self.solid = unknowns.shape[1] - len(self.hats)
+        moduli = body.youngs_modulus[cells], body.poissons_ratio[cells]
+        self.first, self.shear = lame_parameters(*moduli)
 
     def without_translation(self, values: Array) -> Array:
         """Fields (c, m, z, k) of cells, less what their first nodes do.

@@ -8,38 +8,38 @@ so that a field is half of a solve (fem/factor.py).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.fem.body import CondensedBody
-from fingerdesign.fem.system import Body, System
 from fingerdesign.sensitivity.change import Change
 from fingerdesign.sensitivity.forms import products
 
 
-@dataclass(frozen=True)
 class ResponseFields:
-    """Fields s of unit loads on r rows Q: contact dofs of ``nodes``, then the gages of a body.
+    """Fields s of unit loads on r rows Q: contact dofs of ``nodes``, then a body's first readout.
 
-    rows (r,): their numbers among all rows of the model; values (r, r) Y; own (s,): the places of
-    the rows that have a field, rising; fields (d + 1, s): the system's unknowns, then zeros.
+    rows (r,): their numbers among all rows of the model, of which ``contact`` are displacements;
+    values (r, r) Y; own (s,): the places of the rows that have a field, rising; fields (d + 1, s):
+    the system's unknowns, then zeros.
     """
 
-    body: Body
-    system: System
-    nodes: IntArray
-    rows: IntArray
-    own: IntArray
-    fields: Array
-    values: Array
-
-    @property
-    def contact(self) -> int:
-        """Number of rows that are contact displacements."""
-        return len(self.nodes) * self.body.mesh.dimension
+    def __init__(
+        self, condensed: CondensedBody, nodes: IntArray, needed: BoolArray | None = None
+    ) -> None:
+        """Solve for the fields. needed (n, dim): the nodes' dofs that have one; None: all."""
+        self.body, self.nodes = condensed.body, nodes
+        dim, first = self.body.mesh.dimension, len(condensed.compliance)
+        gages = len(condensed.readouts[0]) if condensed.readouts else 0
+        dofs = (nodes[:, None] * dim + np.arange(dim)).ravel()
+        self.contact, self.rows = len(dofs), np.append(dofs, first + np.arange(gages))
+        chosen = np.ones(len(dofs), dtype=bool) if needed is None else needed.ravel()
+        self.own = np.flatnonzero(np.append(chosen, np.ones(gages, dtype=bool)))
+        self.system, factors = condensed.factors()
+        self.fields: Array = factors.fields(self.rows[self.own])
+        self.values = np.asarray(factors.matrix[np.ix_(self.rows, self.rows)])
 
     def rates(
         self, changes: Sequence[Change], loads: Array, pairs: tuple[Array, Array]
@@ -88,21 +88,3 @@ class ResponseFields:
         if change.facing is None or change.facing.trace is None:
             return None
         return sp.csr_matrix(change.facing.trace[self.rows[: self.contact]])
-
-
-def response_fields(
-    condensed: CondensedBody, nodes: IntArray, needed: BoolArray | None = None
-) -> ResponseFields:
-    """Solve for the fields of contact ``nodes`` and of the gages, a body's first readout.
-
-    needed (n, dim): those of the nodes' dofs that have a field; None: all.
-    """
-    dim, contact = condensed.body.mesh.dimension, len(condensed.compliance)
-    gages = len(condensed.readouts[0]) if condensed.readouts else 0
-    dofs = (nodes[:, None] * dim + np.arange(dim)).ravel()
-    rows = np.concatenate([dofs, contact + np.arange(gages)])
-    chosen = np.ones(len(dofs), dtype=bool) if needed is None else needed.ravel()
-    own = np.flatnonzero(np.append(chosen, np.ones(gages, dtype=bool)))
-    system, factors = condensed.factors()
-    fields, values = factors.fields(rows[own]), np.asarray(factors.matrix[np.ix_(rows, rows)])
-    return ResponseFields(condensed.body, system, nodes, rows, own, fields, values)

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from fingerdesign.analysis.case import fundamental_scene, gage_array
-from fingerdesign.analysis.fidelity.readings import Readings, readings_of
+from fingerdesign.analysis.fidelity.readings import readings_of
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion
@@ -34,7 +34,7 @@ from fingerdesign.sensitivity.derive import (
     face_mean,
     rates_under,
 )
-from fingerdesign.sensitivity.model import response_fields
+from fingerdesign.sensitivity.model import ResponseFields
 from fingerdesign.sensitivity.path import near_nodes, needed_dofs
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
 
@@ -66,7 +66,8 @@ def differences(
     problems = leaning(bench, design, phases, lean_deg)
 
     def followed(of: tuple[Phase, ContactProblem]) -> list[Step]:
-        return [*follow(of[1], _motions(of[0]), 1)]
+        moves = zip(of[0].points.approach.tolist(), of[0].points.shear.tolist(), strict=True)
+        return [*follow(of[1], [Motion(*each) for each in moves], 1)]
 
     paths = [*in_threads(followed, zip(phases, problems, strict=True))]
     increments = [[step.increment for step in steps] for steps in paths]
@@ -75,7 +76,7 @@ def differences(
     # What touches in one phase and what is normal to the surface of another.
     needed = np.any([needed_dofs(problem, every, nodes) for problem in problems], axis=0)
     smooth = [latent for latent in latents if latent.kind != "lean"]
-    fields = response_fields(condensed.condensed, nodes, needed)
+    fields = ResponseFields(condensed.condensed, nodes, needed)
     names, factors = zip(*(_parameter_of(design, latent) for latent in smooth), strict=True)
     scene = fundamental_scene(design)
     changes = changes_of(design, condensed, parameters_of(design, scene, names))
@@ -90,7 +91,9 @@ def differences(
         found = IncrementRates(problem, fields, changes, own, under=(rates[..., some], between))
         begin += len(own)
         slopes = _slopes(found, design, len(steps), factors)
-        moved.append((_played(phase, readings_of(steps, design.gages.face)), slopes))
+        read = readings_of(steps, design.gages.face)
+        played = _with(phase, read.normal_force, read.tangential_force, read.reading)
+        moved.append((played, slopes))
     leaning_by = model.played_on(bench, design)
     gages = problems[0].model.gage_x
 
@@ -117,18 +120,14 @@ def _parameter_of(design: Design, latent: Latent) -> tuple[str, float]:
     return f"{name}.youngs_modulus_MPa", design.material_of(table).youngs_modulus_MPa
 
 
-def _motions(phase: Phase) -> list[Motion]:
-    pairs = zip(phase.points.approach, phase.points.shear, strict=True)
-    return [Motion(float(approach), float(shear)) for approach, shear in pairs]
-
-
-def _played(phase: Phase, read: Readings) -> Phase:
+def _with(phase: Phase, normal: Array, tangential: Array, readings: Array) -> Phase:
+    """The phase with other forces and readings at its points, by a model."""
     points = replace(
         phase.points,
-        normal_force=read.normal_force,
-        tangential_force=read.tangential_force,
-        readings=read.reading,
-        samples=np.full(read.rows, np.inf),
+        normal_force=normal,
+        tangential_force=tangential,
+        readings=readings,
+        samples=np.full(len(normal), np.inf),
     )
     return replace(phase, points=points, trace=None)
 
@@ -145,10 +144,6 @@ def _slopes(
 def _shifted(phase: Phase, slopes: tuple[Array, Array, Array], k: int, off: float) -> Phase:
     """A phase whose points went along the slopes of latent k."""
     normal, tangential, readings = (off * each[..., k] for each in slopes)
-    points = replace(
-        phase.points,
-        normal_force=phase.points.normal_force + normal,
-        tangential_force=phase.points.tangential_force + tangential,
-        readings=phase.points.readings + readings,
-    )
-    return replace(phase, points=points)
+    at = phase.points
+    forces = at.normal_force + normal, at.tangential_force + tangential
+    return _with(phase, *forces, at.readings + readings)

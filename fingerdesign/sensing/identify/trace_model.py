@@ -86,7 +86,7 @@ class TraceModel:
 
     def correct(self, x: Array, trace: Trace) -> None:
         """Add to all later answers the difference of every row, played at x, from the points."""
-        own = Points.of(trace).mean(self._played(x, TracePath.every(trace)))
+        own = Points(trace).mean(self._played(x, TracePath.every(trace)))
         self._thinned = own - self._played(x, self.path)
 
     def along(self, path: TracePath) -> "TraceModel":

@@ -52,7 +52,7 @@ class TracePath:
     @classmethod
     def of(cls, trace: Trace) -> Self:
         """The points of a trace."""
-        whole, points = cls.every(trace), Points.of(trace)
+        whole, points = cls.every(trace), Points(trace)
         heated = whole.temperature
         return cls(
             time=points.mean(whole.time),
@@ -80,28 +80,21 @@ class TracePath:
         return longest
 
 
-@dataclass(frozen=True)
 class Points:
-    """Which rows (n,) make which points: bins (n,) numbers, weight: rows of each, compared: numbers
-    of those that are compared, last: their last rows."""
+    """Which rows (n,) of a trace make which points: bins (n,) numbers, weight: rows of each,
+    compared: numbers of those that are compared, last: their last rows."""
 
-    bins: IntArray
-    weight: IntArray
-    compared: IntArray
-    last: IntArray
-
-    @classmethod
-    def of(cls, trace: Trace) -> Self:
-        """The points of a trace."""
+    def __init__(self, trace: Trace) -> None:
         moved = (trace.dx != 0.0) | (trace.dy != 0.0)
-        bins = _bins(moved)
-        last = np.append(np.flatnonzero(np.diff(bins)), len(bins) - 1)
+        self.bins = _bins(moved)
+        self.weight = np.bincount(self.bins)
+        last = np.cumsum(self.weight) - 1
         chosen, moving = np.ones(len(last), dtype=bool), np.flatnonzero(moved[last])
         if len(moving) > MOST_MOVES:
             chosen[moving] = False
             every = np.linspace(0, len(moving) - 1, MOST_MOVES).round().astype(int)
             chosen[moving[every]] = True
-        return cls(bins, np.bincount(bins), np.flatnonzero(chosen), last[chosen])
+        self.compared, self.last = np.flatnonzero(chosen), last[chosen]
 
     def mean(self, values: Array) -> Array:
         """The means of values (n, ...) over the rows of each point that is compared."""
