@@ -115,8 +115,7 @@ def sampled_error(
     """Sample the grips; the error by cross-validation: each grip is tested with a learner that was
     trained on others. calibration: readings of a pure approach, the zero of the features."""
     rng = np.random.default_rng([seed, 2])
-    grips = np.unique(found.grip)
-    sampled = [_features(found, calibration, errors, rng, grips) for _ in range(_REPLICATES)]
+    sampled = [_features(found, calibration, errors, rng) for _ in range(_REPLICATES)]
     inputs = np.concatenate(sampled)
     truths = np.tile(found.stick, _REPLICATES)
     fold = np.tile(found.grip % FOLDS, _REPLICATES)
@@ -140,27 +139,19 @@ def _off(inputs: Array, truths: Array, tested: BoolArray, weight: Array, edge: A
 
 
 def _features(
-    found: Instants,
-    calibration: NormalCalibration,
-    errors: SensorErrors,
-    rng: np.random.Generator,
-    grips: IntArray,
+    found: Instants, calibration: NormalCalibration, errors: SensorErrors, rng: np.random.Generator
 ) -> Array:
     """Features (n, g + 2) as a rig has them: readings beyond those of pressing alone, per normal
     force; the ratio of the forces; the logarithm of the normal force."""
     n, g = found.readings.shape
-    gains = np.ones((int(grips.max()) + 1, g))
-    gains += errors.gain_std * rng.standard_normal(gains.shape)
-    readings = gains[found.grip] * found.readings
-    readings = readings + errors.noise * rng.standard_normal((n, g))
+    gains = 1.0 + errors.gain_std * rng.standard_normal((int(found.grip.max()) + 1, g))
+    readings = gains[found.grip] * found.readings + errors.noise * rng.standard_normal((n, g))
     forces = found.forces + errors.force_noise_N * rng.standard_normal((n, 2))
     normal = np.maximum(forces[:, 0], _LEAST_FORCE_N)
-    alone = np.stack(
-        [np.interp(normal, calibration.normal_force, each) for each in calibration.readings.T], 1
-    )
-    return np.column_stack(
-        [(readings - alone) / normal[:, None], forces[:, 1] / normal, np.log(normal)]
-    )
+    known = calibration.normal_force
+    alone = np.column_stack([np.interp(normal, known, each) for each in calibration.readings.T])
+    beyond = (readings - alone) / normal[:, None]
+    return np.column_stack([beyond, forces[:, 1] / normal, np.log(normal)])
 
 
 def _grip(
