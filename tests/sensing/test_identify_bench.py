@@ -279,7 +279,7 @@ def test_slopes_by_moduli_and_gains_are_those_of_other_fingers(design):
     model = BenchModel(design, bench.phases)
     curves = bench_curves(bench.phases, model.curves().calibration.gage_x)
     measured = Measured(design, bench.phases, curves, Noise(0.5, 0.005))
-    data = bench_fit._data(measured, np.ones(GAGES, bool))
+    data = bench_fit._Data(measured, np.ones(GAGES, bool))
     latents = [Latent(kind) for kind in ("modulus", "plate_modulus")]
     latents += [Latent("gain", number) for number in range(1, GAGES + 1)]
     problem = bench_fit._Problem(model, data, latents)
@@ -297,7 +297,7 @@ def test_gains_and_touch_are_fitted_without_another_finger(design, calls_of):
     model = BenchModel(design, bench.phases)
     curves = bench_curves(bench.phases, model.curves().calibration.gage_x)
     measured = Measured(design, bench.phases, curves, Noise(0.5, 0.005))
-    data = bench_fit._data(measured, np.ones(GAGES, bool))
+    data = bench_fit._Data(measured, np.ones(GAGES, bool))
     # A response is a reading over a pull: so is its deviation.
     pulls, _ = bench_fit.small_pulls(bench.phases, len(data.where.sheared))
     mesh = bench_fit.MESH["plane-strain"]

@@ -42,7 +42,7 @@ def fitted(measured: bench_fit.Measured, off: Array) -> tuple[bench_fit.LatentFi
         fit = bench_fit.fit_latents(measured)
     problem, x, _, alive, _ = seen.call_args.args
     with patch.dict(bench_fit.MESH, {measured.fidelity: (0.0, 0.0, 0.0)}):
-        noise = bench_fit._data(measured, alive)
+        noise = bench_fit._Data(measured, alive)
     ratios = [
         (problem.data.strain_deviation / noise.strain_deviation).ravel(),
         problem.data.scalar_deviation / noise.scalar_deviation,

@@ -163,42 +163,33 @@ class _Points:
         return np.array(rows), stiffer * np.concatenate([forces, stiffness])
 
 
-@dataclass(frozen=True)
 class _Data:
-    """The measured values at these points, and their standard deviations."""
+    """The measured values at some points, and their standard deviations: infinite of dead gages."""
 
-    where: _Points
-    strain: Array
-    strain_deviation: Array
-    scalar: Array
-    scalar_deviation: Array
-
-
-def _data(measured: Measured, alive: BoolArray) -> _Data:
-    """The measured values; deviations of gages that are dead are infinite."""
-    phases, curves, noise = measured.phases, measured.curves, measured.mean_noise
-    own = curves.calibration
-    some = _some(len(own.approach), _FORCES)
-    leant = [pressed(p.points)[0].normal_force for p in phases if p.kind == "tilt"]
-    where = _Points(
-        own.normal.normal_force[some],
-        tuple(forces[_some(len(forces), _FORCES // 2)] for forces in leant),
-        own.sticking.normal_force,
-        own.approach[some],
-        tuple(each.shear[_compared(each)] for each in curves.slides),
-    )
-    strain, scalar = where.of(curves)
-    pulls, shears = small_pulls(phases, len(where.sheared))
-    mesh = MESH[measured.fidelity]
-    rows = [np.full(where.readings, np.hypot(noise.gage, mesh[0]))]
-    sheared = np.hypot(2.0**0.5 * noise.gage, _SMALL * mesh[0])
-    rows.append(np.hypot(sheared / pulls, mesh[1]))
-    slid = np.hypot(2.0**0.5 * noise.gage, mesh[0])
-    for way, each in zip(where.slid, curves.slides, strict=True):
-        rows.append(np.full(len(way), slid / abs(each.tangential_force[-1])))
-    deviation = np.concatenate(rows)[:, None] * np.where(alive, 1.0, np.inf)
-    jitter = np.concatenate([np.full(len(some), noise.force), 2.0**0.5 * noise.force / shears])
-    return _Data(where, strain, deviation, scalar, np.hypot(jitter, mesh[2] * scalar))
+    def __init__(self, measured: Measured, alive: BoolArray) -> None:
+        phases, curves, noise = measured.phases, measured.curves, measured.mean_noise
+        own = curves.calibration
+        some = _some(len(own.approach), _FORCES)
+        leant = [pressed(p.points)[0].normal_force for p in phases if p.kind == "tilt"]
+        self.where = _Points(
+            own.normal.normal_force[some],
+            tuple(forces[_some(len(forces), _FORCES // 2)] for forces in leant),
+            own.sticking.normal_force,
+            own.approach[some],
+            tuple(each.shear[_compared(each)] for each in curves.slides),
+        )
+        self.strain, self.scalar = self.where.of(curves)
+        pulls, shears = small_pulls(phases, len(self.where.sheared))
+        readings, responses, forces = MESH[measured.fidelity]
+        rows = [np.full(self.where.readings, np.hypot(noise.gage, readings))]
+        sheared = np.hypot(2.0**0.5 * noise.gage, _SMALL * readings)
+        rows.append(np.hypot(sheared / pulls, responses))
+        slid = np.hypot(2.0**0.5 * noise.gage, readings)
+        for way, each in zip(self.where.slid, curves.slides, strict=True):
+            rows.append(np.full(len(way), slid / abs(each.tangential_force[-1])))
+        self.strain_deviation = np.concatenate(rows)[:, None] * np.where(alive, 1.0, np.inf)
+        jitter = np.concatenate([np.full(len(some), noise.force), 2.0**0.5 * noise.force / shears])
+        self.scalar_deviation = np.hypot(jitter, forces * self.scalar)
 
 
 def _some(points: int, count: int) -> IntArray:
@@ -398,7 +389,7 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     latents = latents_of(design, gages, bool(tilts))
     dead = dead_gages(measured.curves, measured.noise.gage)
     alive = ~np.isin(np.arange(1, gages + 1), dead)
-    data = _data(measured, alive)
+    data = _Data(measured, alive)
     model = BenchModel(design, phases, measured.fidelity)
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
     at_first, in_the_end = (
