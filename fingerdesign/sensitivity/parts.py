@@ -75,13 +75,10 @@ def _of_material(parameter: Parameter, model: FiniteElementModel) -> Change:
         bound, remedy = "youngs_modulus_MPa or poissons_ratio", "leave it out"
         raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])
     mine = np.zeros(len(mesh.cells))
-    parts = mesh.parts
-    for part, owner in (("elastomer", "body"), ("plates", "plates"), ("core", "core")):
-        if part == "core" and design.body.core is None:
-            continue
-        material: Any = design.body.core if part == "core" else getattr(design, owner)
-        if material.material == name:
-            mine[parts[part]] = 1.0
+    owners = {"elastomer": design.body, "plates": design.plates, "core": design.body.core}
+    for part, owner in owners.items():
+        if owner is not None and owner.material == name:
+            mine[mesh.parts[part]] = 1.0
     if design.plates.model == "sheet" and design.plates.material == name and frames:
         bound, remedy = "a plate's material in solids", 'set plates.model = "solid"'
         raise DesignError([Fault("parameters", f"'{parameter.name}'", bound, remedy)])

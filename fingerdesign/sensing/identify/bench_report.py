@@ -1,8 +1,4 @@
-"""``fingerdesign identify DESIGN BENCH``: a finger's own curves and hidden values.
-
-found = calibrated_finger(design, Path("measured"), estimator)
-write_calibration(found, folder)        # calibration.json, estimator.json, fitted.toml
-"""
+"""``fingerdesign identify DESIGN BENCH``: a finger's own curves and hidden values."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -25,8 +25,8 @@ PRIOR = {
     "touch": 0.01,
     "gain": 0.03,
 }
+# The unit of all others is a share, a fraction of the design's own value.
 UNITS = {"x": "mm", "y": "mm", "angle": "degrees", "poisson": "", "lean": "degrees", "touch": "mm"}
-FRACTION = "share"  # The unit of all others: a fraction of the design's own value.
 AXES = ("x", "y", "angle")
 TOLERANCE = {"x": 0.1, "y": 0.1, "angle": 1.0}  # Tolerances of a plate's place, mm and degrees.
 MOST_POISSON = 0.4999
@@ -51,7 +51,7 @@ class Latent:
 
     @property
     def unit(self) -> str:
-        return UNITS.get(self.kind, FRACTION)
+        return UNITS.get(self.kind, "share")
 
     @property
     def deviation(self) -> float:

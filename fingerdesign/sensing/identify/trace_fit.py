@@ -1,8 +1,5 @@
 """Rubber, friction and gages from one recorded trace: least squares and its covariance.
 
-    found = identified(design, read_trace("press.csv"), "press.csv")
-    write_identification(found, "press.csv", folder)     # trace_page.py: record, design, page
-
 A trace of a press, a shear and a hold is compared, point by point, with the finger's model along
 its moves (trace_model.py). The finger is condensed again with the modulus found until that changes
 no more. Standard deviations are those of all unknowns together, from the noise of the trace itself,

@@ -9,7 +9,7 @@ squares (G. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413).
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 
@@ -53,27 +53,21 @@ class TraceModel:
         self._problem, self._face, self.path = problem, face, path
         self.noise = noise
         self._noise = noise[None, :] / np.sqrt(path.samples[:, None])
-        self._solved: dict[tuple[float, ...], Array] = {}
-        self._thinned = np.zeros(0)  # The answers of all rows less those of the points.
+        self._solved = lru_cache(_CACHED)(partial(self._played, path))
+        self._thinned = np.zeros(())  # The answers of all rows less those of the points.
         self.data = np.column_stack([path.forces, path.readings])
 
     def answers(self, x: Array) -> Array:
         """The model's channels, (k, 2 + g), before gains and offsets."""
-        key = tuple(float(value) for value in x[1:])
-        if key not in self._solved:
-            if len(self._solved) > _CACHED:
-                self._solved.clear()
-            self._solved[key] = self._played(x, self.path)
-        found = self._solved[key]
-        return np.asarray(np.exp(x[0]) * (found + self._thinned if self._thinned.size else found))
+        return np.asarray(np.exp(x[0]) * (self._solved(*x[1:].tolist()) + self._thinned))
 
-    def _played(self, x: Array, path: TracePath) -> Array:
-        friction, touch, *memory = (float(value) for value in x[1:])
+    def _played(self, path: TracePath, friction: float, touch: float, *terms: float) -> Array:
+        memory = list(terms)
         exponent = memory.pop() if len(memory) % 2 else 0.0
-        terms = [(share, float(np.exp(t))) for share, t in np.reshape(memory, (-1, 2)).tolist()]
+        relaxing = [(g, float(np.exp(t))) for g, t in np.reshape(memory, (-1, 2)).tolist()]
         law = FrictionLaw(float(np.exp(friction)), exponent=exponent, reference=self.pressure)
         problem = self._problem.with_friction(law)
-        return played(problem, self._face, path, terms, touch)
+        return played(problem, self._face, path, relaxing, touch)
 
     @cached_property
     def pressure(self) -> float:
@@ -86,8 +80,8 @@ class TraceModel:
 
     def correct(self, x: Array, trace: Trace) -> None:
         """Add to all later answers the difference of every row, played at x, from the points."""
-        own = Points(trace).mean(self._played(x, TracePath.every(trace)))
-        self._thinned = own - self._played(x, self.path)
+        every = self._played(TracePath.every(trace), *x[1:].tolist())
+        self._thinned = Points(trace).mean(every) - self._solved(*x[1:].tolist())
 
     def along(self, path: TracePath) -> "TraceModel":
         """The same finger along another path."""

@@ -1,8 +1,5 @@
 """Training of a design's estimator: random grip paths on its model, noise, a small network.
 
-    result = train_estimator(problem, digest, settings)
-    result.estimator.to_json(), result.stick_errors
-
 Every grip is sampled at several noises, so that one network serves several amplifiers. Errors are
 those on held-out grips, and so on other friction coefficients: grips of other fingers, where many
 perturbed fingers share the grips; other grips of the same finger, where there is one.

@@ -1,8 +1,5 @@
 """Grips of perturbed fingers, for the training of an estimator.
 
-    family = Family(design, settings, "3d", key)
-    grips = grips_of_family(family, problem, report, workers)
-
 The grips of a finger that are made are in the cache until the training has ended: one that was
 interrupted goes on from there.
 """

@@ -1,8 +1,5 @@
 """A design's training result: made when it is first needed, cached by content.
 
-    result = training_result_for(design, report=print)
-    result.estimator, result.stick_errors
-
 The training model is the one that grips run on (sensing/model.py). An estimator is for a finger:
 its body, gages, stage travel and fidelity. The cache's key also holds the number of grips, the seed
 and the training's version.
