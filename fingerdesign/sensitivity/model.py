@@ -57,8 +57,8 @@ class ResponseFields:
         for whole, rate, pair, change in zip(found, every, between, changes, strict=True):
             rate *= -1.0
             pair *= -1.0
-            if (trace := self._trace_of(change)) is not None:
-                read = self._read(trace)
+            if change.facing is not None and change.facing.trace is not None:
+                read = self._read(change.facing.trace[self.rows[: self.contact]])
                 rate[:first] += read[:first, facing].T @ some
                 rate += read @ loads
                 pair += (pairs[0] * (read[:first].T @ there)).sum(axis=0)
@@ -82,9 +82,3 @@ class ResponseFields:
         held = sp.csr_matrix(rows @ self.system.lift)
         used = np.unique(held.indices)
         return np.asarray((held[:, used] @ self.fields.take(used, axis=0, mode="clip")).T)
-
-    def _trace_of(self, change: Change) -> sp.csr_matrix | None:
-        """The contact rows of dQ of one parameter."""
-        if change.facing is None or change.facing.trace is None:
-            return None
-        return sp.csr_matrix(change.facing.trace[self.rows[: self.contact]])

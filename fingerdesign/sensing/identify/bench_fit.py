@@ -203,21 +203,13 @@ def _compared(slide: Slide) -> IntArray:
     return np.unique([*(int(np.argmax(shares >= share)) for share in _SHARES), len(shares) - 1])
 
 
-def _thinned(phase: Phase, moves: int) -> Phase:
-    """A press with fewer moves: derivatives need no more."""
-    points = vars(phase.points)
-    if phase.kind != "press" or len(phase.points.approach) <= moves:
-        return phase
-    some = _some(len(phase.points.approach), moves)
-    return replace(phase, points=Points(**{key: each[some] for key, each in points.items()}))
-
-
-def _planned(
-    design: Design, tilts: Sequence[float], friction: float, moves: int
-) -> tuple[Phase, ...]:
-    """The protocol's phases, as far as derivatives need them, at the bench's friction."""
-    plan = protocol(design, tilts)
-    return tuple(replace(_thinned(each, moves), friction_coefficient=friction) for each in plan)
+def _planned(phase: Phase, friction: float, moves: int) -> Phase:
+    """A phase at the bench's friction; a press with no more moves than derivatives need."""
+    points = phase.points
+    if phase.kind == "press" and len(points.approach) > moves:
+        some = _some(len(points.approach), moves)
+        points = Points(**{key: each[some] for key, each in vars(points).items()})
+    return replace(phase, points=points, friction_coefficient=friction)
 
 
 def small_pulls(phases: Sequence[Phase], count: int) -> tuple[Array, Array]:
@@ -392,8 +384,10 @@ def fit_latents(measured: Measured, report: Report = lambda message: None) -> La
     data = _Data(measured, alive)
     model = BenchModel(design, phases, measured.fidelity)
     (friction,) = {each.friction_coefficient for each in phases if each.kind == "press"}
+    plan = protocol(design, tilts)
     at_first, in_the_end = (
-        replace(model, phases=_planned(design, tilts, friction, moves)) for moves in _MOVES
+        replace(model, phases=tuple(_planned(each, friction, moves) for each in plan))
+        for moves in _MOVES
     )
     about = _about_lean(at_first.rough_curves_by_lean(), data, report) if tilts else 0.0
     problem = _Problem(model, data, latents)
