@@ -220,7 +220,7 @@ def next_motion(found: Identified, values: tuple[ValueData, ...]) -> NextMotion 
     def then(path: TracePath) -> float:
         return float(now * np.sqrt(fit.covariance(path)[worst, worst])) / deviation
 
-    tried = (NextMotion(*words, name, now, then(path)) for *words, path in _motions(found))
+    tried = [NextMotion(how, words, name, now, then(path)) for how, words, path in _motions(found)]
     return min(tried, key=lambda each: each.then)
 
 
@@ -238,31 +238,32 @@ def _motions(found: Identified) -> Iterator[tuple[Motion, str, TracePath]]:
     if deep < 0.95 * grip.max_approach_mm:
         down = np.linspace(deep, grip.max_approach_mm, _ROWS)
         words = f"press on to {grip.max_approach_mm:g} mm"
-        yield "press", words, _longer(path, down, np.full(_ROWS, shear), np.full(_ROWS, 2 * step))
+        yield "press", words, _longer(path, down, shear, 2 * step)
     friction = float(np.exp(found.fit.x[1]))
     way = max(3.0 * friction * deep, 0.1 * float(path.approach.max()))
     across = np.linspace(shear, shear + way, _ROWS)
     words = f"shear on by {way:.2g} mm toward +x, or until F_t rises no more"
-    yield "shear", words, _longer(path, np.full(_ROWS, deep), across, np.full(_ROWS, 2 * step))
+    yield "shear", words, _longer(path, deep, across, 2 * step)
     rest = max(_LONGER * path.rest, 20.0)
     still = np.diff(np.geomspace(step, rest, _ROWS + 1))
-    here = (np.full(_ROWS, deep), np.full(_ROWS, shear))
-    yield "hold", f"hold still for {rest:.0f} s more", _longer(path, *here, still)
+    yield "hold", f"hold still for {rest:.0f} s more", _longer(path, deep, shear, still)
 
 
-def _longer(path: TracePath, approach: Array, shear: Array, steps: Array) -> TracePath:
+def _longer(
+    path: TracePath, approach: Array | float, shear: Array | float, steps: Array | float
+) -> TracePath:
     """A path with points after it; as many samples each as its moves have, or its rate gives."""
-    usual, count = float(np.min(path.steps / path.samples)), len(approach)
+    steps, usual = np.full(_ROWS, steps), float(np.min(path.steps / path.samples))
     after: dict[str, Array] = {
         "time": path.time[-1] + np.cumsum(steps),
-        "approach": approach,
-        "shear": shear,
-        "forces": np.zeros((count, 2)),
-        "readings": np.zeros((count, path.readings.shape[1])),
+        "approach": np.full(_ROWS, approach),
+        "shear": np.full(_ROWS, shear),
+        "forces": np.zeros((_ROWS, 2)),
+        "readings": np.zeros((_ROWS, path.readings.shape[1])),
         "samples": np.maximum(steps / usual, 1.0),
     }
     if path.temperature is not None:
-        after["temperature"] = np.full(count, path.temperature[-1])
+        after["temperature"] = np.full(_ROWS, path.temperature[-1])
     longer = {key: np.concatenate([getattr(path, key), more]) for key, more in after.items()}
     return replace(path, **longer)
 
