@@ -54,29 +54,26 @@ _ROOM = 1.2  # A hanging object drags the contact beyond the zone of a pure appr
 def grip_problem(
     design: Design,
     fidelity: str = "plane-strain",
-    contact_size_mm: float | None = None,
     report: Callable[[str], None] = lambda message: None,
     whole: bool = False,
 ) -> ContactProblem:
     """Pose the design against a plane, for the stage travel of its ``[grip]`` table.
 
     Its gages are those of the array that the slip rule reads; the friction is the bench's. The
-    contact is no finer than ``contact_size_mm``, by default :data:`CONTACT_SIZE_MM`. whole: not the
-    half alone where the finger mirrors in z = 0. Raises DesignError where the design cannot be
-    gripped with or, in plane strain, has no section.
+    contact is no finer than :data:`CONTACT_SIZE_MM`. whole: not the half alone where the finger
+    mirrors in z = 0. Raises DesignError where the design cannot be gripped with or, in plane
+    strain, has no section.
     """
-    case = gripped_case(design, fidelity, contact_size_mm)
+    case = gripped_case(design, fidelity)
     return _condensed(case, case.gage_array, report, whole)
 
 
-def gripped_case(
-    design: Design, fidelity: str = "plane-strain", contact_size_mm: float | None = None
-) -> Case:
+def gripped_case(design: Design, fidelity: str) -> Case:
     """The design as grips use it. DesignError where they cannot; see grip_problem."""
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to measure"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
-    case = _case(design, fidelity, contact_size_mm)
+    case = _case(design, fidelity)
     refuse(case, fundamental_scene())
     return case
 
@@ -99,10 +96,10 @@ class BenchFinger:
     plate_end: float = 1.0
 
     def _meshed(self) -> tuple[Case, Zone, Mesh]:
-        case, mesh = _case(self.design, self.fidelity, fixed_keys=self.fixed_keys), None
+        case, mesh = _case(self.design, self.fidelity, self.fixed_keys), None
         zone = _zone_of(case, self.objects)
         if self.neighbour is not None:
-            near = _case(self.neighbour, self.fidelity, fixed_keys=self.fixed_keys)
+            near = _case(self.neighbour, self.fidelity, self.fixed_keys)
             mesh = _mesh_of(near, zone, plate_end=self.plate_end)
             mesh = with_plates_moved(mesh, plate_frames(near.design), plate_frames(case.design))
         if mesh is None:
@@ -178,13 +175,8 @@ def meshed_for_grips(
     return with_values(design, {key: v for key, v in coarse.items() if key not in fixed_keys})
 
 
-def _case(
-    design: Design,
-    fidelity: str,
-    contact_size_mm: float | None = None,
-    fixed_keys: Collection[str] = (),
-) -> Case:
-    design = meshed_for_grips(design, fidelity, contact_size_mm, fixed_keys)
+def _case(design: Design, fidelity: str, fixed_keys: Collection[str] = ()) -> Case:
+    design = meshed_for_grips(design, fidelity, fixed_keys=fixed_keys)
     return Case(design, None, fidelity, fields=False, go_on=True)
 
 

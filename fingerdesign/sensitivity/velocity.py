@@ -18,7 +18,7 @@ from fingerdesign.design.body import Body
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.bodies import surface_height
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mesh.moved import plate_weights, straightened
+from fingerdesign.mesh.moved import straightened
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.sensitivity.variant import Parameter, Variant
 
@@ -87,30 +87,24 @@ def _immovable(parameter: Parameter, dimension: int) -> Iterator[tuple[bool, str
         yield bool(np.abs(ends).max(initial=0.0) > _STILL), needed, "leave it out"
 
 
-def node_velocity(parameter: Parameter, mesh: Mesh, weights: Array | None = None) -> Array | None:
-    """Velocity (n, dim) of the nodes per unit of the parameter; None where none moves.
-
-    weights: plate_weights, where they are known.
-    """
+def node_velocity(parameter: Parameter, mesh: Mesh, weights: Array) -> Array | None:
+    """Velocity (n, dim) of the nodes per unit of the parameter; None where none moves. weights: of
+    ``mesh.moved.plate_weights``."""
     if not _moves(parameter):
         return None
     if faults := immovable_faults(parameter, mesh.dimension):
         raise DesignError(faults[:1])
     rates = parameter.rate(lambda t: _places(parameter.at(t)))
-    body = parameter.kind == "body"
-    velocity = np.zeros_like(mesh.points)
+    (design, _, frames), body = parameter.at(0.0), parameter.kind == "body"
+    velocity, old = np.zeros_like(mesh.points), design.body
     if body:
-        old = parameter.at(0.0).design.body
         velocity = parameter.rate(lambda t: _mapped(mesh.points, old, parameter.at(t).design.body))
-    here = parameter.at(0.0)
-    frames, gage = here.frames, here.design.gages.length_mm
     section, carried = mesh.points[:, :2], velocity[:, :2].copy()
-    weights = plate_weights(mesh, frames) if weights is None else weights
     for frame, rate, weight in zip(frames, rates, weights, strict=True):
         if np.abs(rate).max() < _STILL and not body:
             continue
         near = np.flatnonzero(weight)
-        own = _motion(frame, gage, rate, section[near])
+        own = _motion(frame, design.gages.length_mm, rate, section[near])
         velocity[near, :2] += weight[near, None] * (own - carried[near])
     return straightened(mesh, velocity)
 

@@ -84,7 +84,7 @@ def test_the_soft_dome_s_are_in_3d():
     keys = {"plates.count": 2, "plates.pitch_mm": 3.0, "plates.thickness_mm": 0.3}
     keys |= {"plates.length_mm": 1.5, "mesh.plate_size_mm": 1.5}
     light, heavy = (with_values(soft_dome(each), keys) for each in (100.0, 500.0))
-    problem = grip_problem(heavy, "3d", contact_size_mm=0.7)
+    problem = grip_problem(with_values(heavy, {"mesh.contact_size_mm": 0.7}), "3d")
     for design in (light, heavy):
         for approach, width in against_the_model(design, problem):
             assert 1.0 / APPROACH_OFF < approach < APPROACH_OFF

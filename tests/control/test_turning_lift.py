@@ -191,7 +191,7 @@ def coarse():
     mesh = {"mesh.layers": 1, "mesh.section.plate_size_mm": 0.6, "grip.max_approach_mm": 0.6}
     values = {"grip.controller": "oracle_1.2", "plates.count": 5} | mesh
     design = with_values(load_design("sensitive"), OFF_CENTRE | values)
-    return design, grip_problem(design, "3d", contact_size_mm=0.8)
+    return design, grip_problem(with_values(design, {"mesh.contact_size_mm": 0.8}), "3d")
 
 
 @pytest.mark.slow

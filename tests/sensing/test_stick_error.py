@@ -24,8 +24,9 @@ REACH = 0.3
 
 @pytest.fixture(scope="module")
 def problem():
-    coarse = {"mesh.section.plate_size_mm": 0.2, "plates.count": 7, "plates.pitch_mm": 1.5}
-    return grip_problem(with_values(load_design("sensitive"), coarse), contact_size_mm=0.2)
+    coarse = {"mesh.section.plate_size_mm": 0.2, "mesh.section.contact_size_mm": 0.2}
+    fewer = {"plates.count": 7, "plates.pitch_mm": 1.5}
+    return grip_problem(with_values(load_design("sensitive"), coarse | fewer))
 
 
 @pytest.fixture(scope="module")

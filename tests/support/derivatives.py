@@ -25,6 +25,7 @@ from fingerdesign.fem.body import condense_body
 from fingerdesign.fem.model import body_of, build_model
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.fem.reduction import reduced_model
+from fingerdesign.mesh.moved import plate_weights
 from fingerdesign.sensing.model import meshed_for_grips
 from fingerdesign.sensitivity.derive import derivatives, sensitivity
 from fingerdesign.sensitivity.variant import PLACES, parameters_of
@@ -78,8 +79,9 @@ def solved(finger, names):
         steps = follow_path(problem, scene, design)
         wanted = parameters_of(design, scene, tuple(names))
         found = derivatives(design, scene, model, problem, steps, wanted)
+        weights = plate_weights(mesh, wanted[0].at(0.0).frames)
         moves = [
-            node_velocity(each, mesh) if each.kind not in ("object", "materials") else None
+            node_velocity(each, mesh, weights) if each.kind not in ("object", "materials") else None
             for each in wanted
         ]
         scales = np.array([scale_of(each) for each in wanted])

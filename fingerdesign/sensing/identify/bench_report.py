@@ -123,7 +123,6 @@ class CalibratedFinger:
     """The result of a bench. estimator: with this finger's curves, None where none was given."""
 
     data: CalibrationData
-    calibration: Calibration
     fit: LatentFit
     estimator: GripEstimator | None
 
@@ -155,7 +154,7 @@ def calibrated_finger(
     known, trained_on = joined_calibration(measured, fit), None
     if estimator is not None:
         trained_on, estimator = estimator.design, estimator.on_rig(known)
-    return CalibratedFinger(_data(measured, known, fit, trained_on), known, fit, estimator)
+    return CalibratedFinger(_data(measured, known, fit, trained_on), fit, estimator)
 
 
 def _refuse_beyond(design: Design, phases: Sequence[Phase], source: Path) -> None:
