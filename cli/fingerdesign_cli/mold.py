@@ -81,8 +81,8 @@ def tolerance(
     """Report the spread of fingers that are cast as DESIGN."""
     design, scene = read_case(design_file, scene_file)
     from fingerdesign.tolerance.cast import Draws
-    from fingerdesign.tolerance.page import view_of
-    from fingerdesign.tolerance.spread import FOLDER, tolerance, write_tolerance
+    from fingerdesign.tolerance.page import FOLDER, view_of, write_tolerance
+    from fingerdesign.tolerance.spread import tolerance
 
     name = design.design.name
     stem = scene_file.stem if scene_file is not None else ""

@@ -143,12 +143,13 @@ def cast_finger(case: Case, scene: Scene, sources: Sequence[Source], number: int
 def cast_fingers(
     case: Case,
     scene: Scene,
+    linear: Sensitivity,
     sources: Sequence[Source],
     draws: Draws,
     report: Callable[[str], None],
-) -> list[CastFinger]:
-    """Draw fingers until the yield is known well enough. case: of the grips; scene: of the
-    readings."""
+) -> CastData:
+    """Draw fingers until the yield is known well enough. case: of the grips; scene: of the readings
+    and of their derivatives."""
     case = with_estimator(case, report)
     found: list[CastFinger] = []
     with Pool(draws.workers, shared=(case, scene, tuple(sources))) as pool:
@@ -159,7 +160,7 @@ def cast_fingers(
             report(f"{len(found)} fingers as cast: yield known to {100 * half:.0f} points")
             if len(found) >= _LEAST and half <= draws.within:
                 break
-    return found
+    return cast_data(found, linear, sources)
 
 
 def _share(finger: CastFinger) -> float:

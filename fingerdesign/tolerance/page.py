@@ -5,12 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from fingerdesign.analysis.verdicts import FIDELITY_WORDS, two_digits
+from fingerdesign.records.base import json_text
+from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.verdict import Verdict, VerdictView
 from fingerdesign.report import style
 from fingerdesign.report.page import Bullets, Page, Section, Text, caption_drawing, page_html
 from fingerdesign.report.table import Table
 from fingerdesign.tolerance.record import RowData, SourceData, ToleranceData
 
+FOLDER = RecordFolder("tolerance", "tolerance.json", ("tolerance.json", "report.html"))
 _WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 _KINK = 1e-3  # Share of the force on kinks that is worth a sentence.
 _MODEL = (
@@ -134,6 +137,12 @@ def tolerance_html(found: ToleranceData) -> str:
             record=[Text("Next to this file: tolerance.json (all numbers)."), Text(versions)],
         )
     )
+
+
+def write_tolerance(found: ToleranceData, folder: Path) -> None:
+    """Write tolerance.json and report.html into a folder."""
+    (folder / "tolerance.json").write_text(json_text(found), encoding="utf-8")
+    (folder / "report.html").write_text(tolerance_html(found), encoding="utf-8")
 
 
 def _rows(rows: tuple[RowData, ...]) -> Table:

@@ -8,8 +8,6 @@ from pydantic import Field
 
 from fingerdesign.records.base import Size, closed
 
-RECORD_FILE, PAGE_FILE = "tolerance.json", "report.html"
-
 
 @closed
 @dataclass(frozen=True)

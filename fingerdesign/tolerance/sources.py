@@ -71,14 +71,12 @@ def sources_of(design: Design, plan: MoldPlan, space: bool = False) -> list[Sour
     found = []
     frames, body = plate_frames(design), design.body
     if frames:
-        off = [tolerances(plan, frame.index) for frame in frames]
-        for key, words in zip(
-            PLACES, ("plates along x", "plates in height", "plates' angles"), strict=True
-        ):
-            angle = key == "angle_deg"
-            sizes = tuple(pair[angle] for pair in off)
+        sizes, angles = zip(*(tolerances(plan, frame.index) for frame in frames), strict=True)
+        words = ("plates along x", "plates in height", "plates' angles")
+        units = zip((sizes, sizes, angles), ("mm", "mm", "degrees"), strict=True)
+        for key, cause, unit in zip(PLACES, words, units, strict=True):
             names = tuple(f"placement[{k}].{key}" for k in range(len(frames)))
-            found.append(Source(words, names, sizes, "degrees" if angle else "mm"))
+            found.append(Source(cause, names, *unit))
         x, y = row_tolerances(plan)
         found.append(Source("row along x", ("placement.x_mm",), (x,), "mm"))
         found.append(Source("row in height", ("placement.y_mm",), (y,), "mm"))

@@ -8,7 +8,6 @@ gages are known, and what is left is the plates' places.
 
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 
@@ -20,26 +19,11 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.fem.model import element_of
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.records.base import json_text
-from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensitivity.derive import Sensitivity, sensitivity
 from fingerdesign.sensitivity.variant import differentiable
 from fingerdesign.tolerance.area import gage_areas, sure_response
-from fingerdesign.tolerance.cast import (
-    Draws,
-    cast_data,
-    cast_fingers,
-    refuse_draws,
-    yield_by_motion,
-)
-from fingerdesign.tolerance.page import tolerance_html
-from fingerdesign.tolerance.record import (
-    PAGE_FILE,
-    RECORD_FILE,
-    RowData,
-    SourceData,
-    ToleranceData,
-)
+from fingerdesign.tolerance.cast import Draws, cast_fingers, refuse_draws, yield_by_motion
+from fingerdesign.tolerance.record import RowData, SourceData, ToleranceData
 from fingerdesign.tolerance.sources import (
     GAINS,
     UNIFORM,
@@ -51,7 +35,6 @@ from fingerdesign.tolerance.sources import (
 )
 from fingerdesign.version import versions
 
-FOLDER = RecordFolder("tolerance", RECORD_FILE, (RECORD_FILE, PAGE_FILE))
 _OUTPUTS = ("normal_force", "tangential_force", "stick_ratio", "reading")
 
 
@@ -80,10 +63,7 @@ def tolerance(
     found = sensitivity(design, own, names, fidelity)
     parts = variances(found, sources)
     areas, parts["gage_area"] = gage_areas(design, own, found, sources)
-    cast = None
-    if draws is not None:
-        fingers = cast_fingers(case, own, sources, draws, report)
-        cast = cast_data(fingers, found, sources)
+    cast = cast_fingers(case, own, found, sources, draws, report) if draws else None
     return ToleranceData(
         schema_version=1,
         design=design.design.name,
@@ -182,9 +162,3 @@ def _sources(
     if found.reading.size:
         rows.append(SourceData("gages' factors", GAINS, "of one", float(shares[-1]), "", True))
     return sorted(rows, key=lambda row: -row.share)
-
-
-def write_tolerance(found: ToleranceData, folder: Path) -> None:
-    """Write tolerance.json and tolerance.html into a folder."""
-    (folder / RECORD_FILE).write_text(json_text(found), encoding="utf-8")
-    (folder / PAGE_FILE).write_text(tolerance_html(found), encoding="utf-8")

@@ -27,10 +27,17 @@ from fingerdesign.tolerance.cast import (
     drawn,
     yield_by_motion,
 )
-from fingerdesign.tolerance.page import _causes, _gages, _rows, tolerance_html, view_of
+from fingerdesign.tolerance.page import (
+    _causes,
+    _gages,
+    _rows,
+    tolerance_html,
+    view_of,
+    write_tolerance,
+)
 from fingerdesign.tolerance.record import CastData, RowData, SourceData, ToleranceData
 from fingerdesign.tolerance.sources import Source, sources_of
-from fingerdesign.tolerance.spread import left_out, tolerance, variances, write_tolerance
+from fingerdesign.tolerance.spread import left_out, tolerance, variances
 from tests.sensitivity.test_derivatives import scene_of
 from tests.support.any_fingers import Finger
 from tests.support.derivatives import along, solved

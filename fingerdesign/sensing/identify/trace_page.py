@@ -22,8 +22,7 @@ from fingerdesign.sensing.identify.trace_report import (
     identified_design,
 )
 
-TEMPLATES = Path(__file__).parent / "templates"
-WORDS = TEMPLATES / "figures.toml"
+WORDS = Path(__file__).parent / "templates" / "figures.toml"
 _SHOWN = 4  # The gages with the largest response are drawn.
 
 
@@ -87,31 +86,23 @@ def _verdicts(found: Identified, data: IdentificationData) -> Iterator[Verdict]:
 def _forces(found: Identified, data: IdentificationData) -> style.ReportFigure:
     fit, path = found.fit, found.fit.model.path
     modelled, measured = fit.model.fitted(fit.x), fit.model.data
+    off = (measured - modelled)[:, :2]
     figure = style.canvas(8.4, 4.6)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.2, 1.0))
     for k, name in enumerate(("F_n", "F_t")):
         colour, _, marker = style.SERIES[k]
-        upper.plot(
-            path.time, measured[:, k], **style.points(colour, marker, 3.0, f"{name} measured")
-        )
+        look = style.points(colour, marker, 3.0, f"{name} measured")
+        upper.plot(path.time, measured[:, k], **look)
         upper.plot(path.time, modelled[:, k], color=colour, lw=1.2, label=f"{name} modelled")
-        lower.plot(
-            path.time, 1e3 * (measured - modelled)[:, k], color=colour, lw=0.8, marker=marker, ms=2
-        )
+        lower.plot(path.time, 1e3 * off[:, k], color=colour, lw=0.8, marker=marker, ms=2)
     upper.set_ylabel("N")
     lower.set_ylabel("residual, mN")
     lower.set_xlabel("time (s)")
     lower.margins(x=0.02)
     figure.legend(loc="outside lower center", ncols=4)
-    left = float(np.sqrt(np.mean((measured - modelled)[:, :2] ** 2)))
-    return caption_drawing(
-        figure,
-        WORDS,
-        "forces",
-        left_mN=1e3 * left,
-        most=float(measured[:, 0].max()),
-        noise_mN=[1e3 * each for each in data.force_noise_N],
-    )
+    left, most = float(np.sqrt(np.mean(off**2))), float(measured[:, 0].max())
+    noise = [1e3 * each for each in data.force_noise_N]
+    return caption_drawing(figure, WORDS, "forces", left_mN=1e3 * left, most=most, noise_mN=noise)
 
 
 def _gages(found: Identified, plates: Sequence[int]) -> style.ReportFigure:

@@ -17,6 +17,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.sensing.model import CONTACT_SIZE_MM
 
 Keys = dict[str, object]
+_LIFTS: Keys = {"grip.plant": "lift"}  # A plant that lifts: rubber relaxes and objects turn there.
 
 
 @dataclass(frozen=True)
@@ -79,21 +80,14 @@ def dying(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.design["grip.hardware.dying_after_s"] = rng.uniform(0.0, 0.33)
 
 
-def relaxed(design: Design, rng: np.random.Generator, draw: Draw) -> None:
-    draw.design["grip.plant"] = "lift"  # Relaxation needs a plant that lifts.
-    draw.design["grip.relaxation_per_minute"] = 0.1
+def of_design(keys: Callable[[np.random.Generator], Keys]) -> Drawn:
+    """Set keys of the design."""
+    return lambda design, rng, draw: draw.design.update(keys(rng))
 
 
-def accelerated(design: Design, rng: np.random.Generator, draw: Draw) -> None:
-    draw.own["tug"] = 3.0 / GRAVITY  # An arm accelerates by 3 m/s^2.
-
-
-def patchy(design: Design, rng: np.random.Generator, draw: Draw) -> None:
-    draw.own["patches"] = int(rng.integers(2**31))
-
-
-def kinetic(design: Design, rng: np.random.Generator, draw: Draw) -> None:
-    draw.design["grip.kinetic_share"] = 1.0 - rng.uniform(0.05, 0.2)
+def of_finger(fields: Callable[[np.random.Generator], dict[str, Any]]) -> Drawn:
+    """Set fields of the PerturbedFinger."""
+    return lambda design, rng, draw: draw.own.update(fields(rng))
 
 
 def tilted(design: Design, rng: np.random.Generator, draw: Draw) -> None:
@@ -109,13 +103,8 @@ def curved(design: Design, rng: np.random.Generator, draw: Draw) -> None:
     draw.object.update(shape="cylinder", radius_mm=30.0 / rng.uniform(1e-3, 1.0))
 
 
-def off_centre(design: Design, rng: np.random.Generator, draw: Draw) -> None:
-    draw.design["grip.plant"] = "lift"  # An object turns in a plant that lifts.
-    draw.design["grip.off_centre_mm"] = 10.0 * rng.uniform(-1.0, 1.0)
-
-
 def falling(design: Design, rng: np.random.Generator, draw: Draw) -> None:
-    draw.design["grip.plant"] = "lift"  # The friction met depends on the weight.
+    draw.design.update(_LIFTS)  # The friction met depends on the weight.
     draw.own["exponent"] = 0.65 * rng.uniform()
 
 
@@ -161,13 +150,18 @@ FAULTS: dict[str, Drawn] = {
     "temperature": hardware(warming_microstrain=10.0),  # 10 K at 1 microstrain/K
     "conversion": hardware(quantisation_microstrain=1.0),  # 12 bits of +-2000 microstrain
     "dying": dying,
-    "relaxation": relaxed,
-    "arm": accelerated,
-    "patches": patchy,  # friction +-20 % over 1 mm
-    "kinetic": kinetic,  # friction 5 to 20 % less in motion
+    "relaxation": of_design(lambda rng: {**_LIFTS, "grip.relaxation_per_minute": 0.1}),
+    "arm": of_finger(lambda rng: {"tug": 3.0 / GRAVITY}),  # An arm accelerates by 3 m/s^2.
+    # friction +-20 % over 1 mm
+    "patches": of_finger(lambda rng: {"patches": int(rng.integers(2**31))}),
+    # friction 5 to 20 % less in motion
+    "kinetic": of_design(lambda rng: {"grip.kinetic_share": 1.0 - rng.uniform(0.05, 0.2)}),
     # friction as the power -0.65 to 0 of the pressure: as -0.35 to 0 of the force of a dome
     "exponent": falling,
-    "off_centre": off_centre,  # centre of mass off by 10 mm along z, in 3-D
+    # centre of mass off by 10 mm along z, in 3-D: an object turns in a plant that lifts
+    "off_centre": of_design(
+        lambda rng: {**_LIFTS, "grip.off_centre_mm": 10.0 * rng.uniform(-1.0, 1.0)}
+    ),
     "mesher": other_mesher,  # in 3-D
 }
 # Each finger with another mesher takes a minute, a whole one four times as long as half of one:
