@@ -103,7 +103,10 @@ def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
     rows = [
         [f"{noise:g}", f"{stick:.3f}", f"{used:.3f}"]
         for noise, stick, used in zip(
-            result.noises, result.stick_errors, result.friction_utilisation_errors, strict=True
+            result.noises_microstrain,
+            result.stick_errors,
+            result.friction_utilisation_errors,
+            strict=True,
         )
     ]
     columns = ["noise, microstrain", "stick ratio", "friction in use"]

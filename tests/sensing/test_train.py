@@ -138,7 +138,7 @@ def test_an_estimator_beats_a_guess_and_its_file_gives_the_same(problem, grips):
         bands = ((0.25, 15.0),)
         result = train_estimator(problem, "key", SETTINGS, grips=grips, bands=bands)
     used = np.concatenate([each.friction_utilisation for each in grips])
-    assert result.noises == NOISES
+    assert result.noises_microstrain == NOISES
     assert result.friction_utilisation_errors[0] < 0.7 * used.std()
     predicted, std = result.estimator.bands[0].spread.T
     assert (std > 0.0).all()

@@ -61,7 +61,9 @@ BEYOND = {
 _FORCES = 12  # Points of a press that are compared.
 # Moves of a press where the lean is looked for and first derivatives are taken, and of the last.
 _MOVES = (12, 24)
-_LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
+_LEANS: list[float] = np.linspace(
+    -2.5, 2.5, 11
+).tolist()  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
 _REACH = 4.0  # The largest change in standard deviations.
 # Steps at most after each set of derivatives. All end where squares would fall by less than this
@@ -350,23 +352,19 @@ def _about_lean(curves: Callable[[float], BenchCurves], data: _Data, report: Rep
     """Find the lean, degrees, at which the design's own model fits best: among ``_LEANS``, then
     next to the best of them. Sensitivities depend on the place of the contact, which a degree moves
     by plates. curves: the design's by a lean."""
-    left = dict[float, float]()
 
-    def look(lean: float) -> None:
+    @cache
+    def left(lean: float) -> float:
         report("looking for the bench's lean")
         try:
             strain = data.where.of(curves(lean))[0] - data.strain
-            left[lean] = float(np.sum((strain / data.strain_deviation) ** 2))
+            return float(np.sum((strain / data.strain_deviation) ** 2))
         except SolverError:
-            left[lean] = np.inf
+            return np.inf
 
-    for lean in _LEANS:
-        look(float(lean))
-    best = min(left, key=left.__getitem__)
-    for side in (-0.5, 0.5):
-        look(best + side * float(_LEANS[1] - _LEANS[0]))
-    best = min(left, key=left.__getitem__)
-    return best if left[best] < _LEAN_GAIN * left[0.0] else 0.0
+    best = min(_LEANS, key=left)
+    best = min([best + side * (_LEANS[1] - _LEANS[0]) for side in (0.0, -0.5, 0.5)], key=left)
+    return best if left(best) < _LEAN_GAIN * left(0.0) else 0.0
 
 
 def fit_latents(measured: Measured, report: Report = lambda message: None) -> LatentFit:

@@ -74,6 +74,14 @@ def latents_of(design: Design, gages: int, tilted: bool) -> tuple[Latent, ...]:
     return (*found, *(Latent("gain", number) for number in range(1, gages + 1)))
 
 
+def material_value(design: Design, kind: str) -> tuple[str, float]:
+    """The material's key that a latent of this kind changes, and its value in the design."""
+    table: Literal["body", "plates"] = "plates" if kind == "plate_modulus" else "body"
+    key = "poissons_ratio" if kind == "poisson" else "youngs_modulus_MPa"
+    name = f"materials.{getattr(design, table).material}.{key}"
+    return name, getattr(design.material_of(table), key)
+
+
 def with_latents(design: Design, latents: Sequence[Latent], values: Array) -> Design:
     """The design with these hidden values. DesignError where it is not sound."""
     keys: dict[str, object] = {}
@@ -83,13 +91,11 @@ def with_latents(design: Design, latents: Sequence[Latent], values: Array) -> De
         if latent.kind in AXES and latent.number is not None:
             places[latent.number, AXES.index(latent.kind)] += value
         elif latent.kind in ("modulus", "plate_modulus"):
-            table: Literal["body", "plates"] = "body" if latent.kind == "modulus" else "plates"
-            name = getattr(design, table).material
-            own = design.material_of(table).youngs_modulus_MPa
-            keys[f"materials.{name}.youngs_modulus_MPa"] = own * (1.0 + float(value))
+            key, own = material_value(design, latent.kind)
+            keys[key] = own * (1.0 + float(value))
         elif latent.kind == "poisson":
-            own = design.material_of("body").poissons_ratio + float(value)
-            keys[f"materials.{design.body.material}.poissons_ratio"] = min(own, MOST_POISSON)
+            key, own = material_value(design, latent.kind)
+            keys[key] = min(own + float(value), MOST_POISSON)
     if not np.array_equal(places, places_of(frames)):
         keys |= placement_keys(frames, places)
     return with_values(design, keys)

@@ -6,7 +6,6 @@ slopes, and what comes of the points, curves, is taken again: of closed forms a 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -26,7 +25,7 @@ from fingerdesign.sensing.identify.bench import (
     bench_finger,
     leaning,
 )
-from fingerdesign.sensing.identify.latents import AXES, Latent
+from fingerdesign.sensing.identify.latents import AXES, Latent, material_value
 from fingerdesign.sensitivity.derive import (
     IncrementRates,
     changes_of,
@@ -113,11 +112,8 @@ def _parameter_of(design: Design, latent: Latent) -> tuple[str, float]:
     """The parameter that a latent is, and by how much it changes with one unit of the latent."""
     if latent.kind in AXES:
         return f"placement[{latent.number}].{PLACES[AXES.index(latent.kind)]}", 1.0
-    table: Literal["body", "plates"] = "plates" if latent.kind == "plate_modulus" else "body"
-    name = f"materials.{getattr(design, table).material}"
-    if latent.kind == "poisson":
-        return f"{name}.poissons_ratio", 1.0
-    return f"{name}.youngs_modulus_MPa", design.material_of(table).youngs_modulus_MPa
+    key, own = material_value(design, latent.kind)
+    return key, 1.0 if latent.kind == "poisson" else own
 
 
 def _with(phase: Phase, normal: Array, tangential: Array, readings: Array) -> Phase:

@@ -45,7 +45,7 @@ class TrainingResult:
     """
 
     estimator: GripEstimator
-    noises: tuple[float, ...]
+    noises_microstrain: tuple[float, ...]
     stick_errors: tuple[float, ...]
     friction_utilisation_errors: tuple[float, ...]
     samples: int

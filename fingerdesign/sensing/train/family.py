@@ -6,6 +6,7 @@ interrupted goes on from there.
 
 import hashlib
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -91,12 +92,10 @@ def _grips_of_finger(
     digest = hashlib.sha256(f"{code} {content}".encode()).hexdigest()
     name, cache = f"{family.key}.{number}.{digest[:16]}.npz", _fingers()
     stored = cache.arrays(name)
-    try:
+    with suppress(GARBLED):  # Such a file is made again.
         if stored is not None:
             curves, *grips = unpacked(stored[1], stored[0], _KINDS)
             return [replace(each, curves=curves) for each in grips]
-    except GARBLED:
-        pass  # It is made again.
     grips = _made(family, number, policy)
     if grips:
         arrays: dict[str, Array] = {}

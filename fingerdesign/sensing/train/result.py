@@ -206,15 +206,7 @@ def estimator_faults(
 
 def training_text(result: TrainingResult) -> str:
     """The training result as JSON: the estimator, and its errors by noise."""
-    record = {
-        "estimator": json.loads(result.estimator.to_json()),
-        "noises_microstrain": result.noises,
-        "stick_errors": result.stick_errors,
-        "friction_utilisation_errors": result.friction_utilisation_errors,
-        "samples": result.samples,
-        "judged_grips": result.judged_grips,
-        "judged_fingers": result.judged_fingers,
-    }
+    record = vars(result) | {"estimator": json.loads(result.estimator.to_json())}
     return json.dumps(record, allow_nan=False) + "\n"
 
 
