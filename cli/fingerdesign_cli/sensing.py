@@ -100,14 +100,10 @@ def train(
 
 
 def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
+    errors = result.noises_microstrain, result.stick_errors, result.friction_utilisation_errors
     rows = [
         [f"{noise:g}", f"{stick:.3f}", f"{used:.3f}"]
-        for noise, stick, used in zip(
-            result.noises_microstrain,
-            result.stick_errors,
-            result.friction_utilisation_errors,
-            strict=True,
-        )
+        for noise, stick, used in zip(*errors, strict=True)
     ]
     columns = ["noise, microstrain", "stick ratio", "friction in use"]
     print_table(f"{name}: errors (RMS) on {_held_out(result)}", columns, rows)

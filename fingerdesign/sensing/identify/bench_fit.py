@@ -61,9 +61,7 @@ BEYOND = {
 _FORCES = 12  # Points of a press that are compared.
 # Moves of a press where the lean is looked for and first derivatives are taken, and of the last.
 _MOVES = (12, 24)
-_LEANS: list[float] = np.linspace(
-    -2.5, 2.5, 11
-).tolist()  # Leans to try, degrees; then half-way to the next.
+_LEANS = np.linspace(-2.5, 2.5, 11)  # Leans to try, degrees; then half-way to the next.
 _LEAN_GAIN = 0.7  # A lean is accepted if its squares are under this fraction of a level bench's.
 _REACH = 4.0  # The largest change in standard deviations.
 # Steps at most after each set of derivatives. All end where squares would fall by less than this
@@ -362,8 +360,9 @@ def _about_lean(curves: Callable[[float], BenchCurves], data: _Data, report: Rep
         except SolverError:
             return np.inf
 
-    best = min(_LEANS, key=left)
-    best = min([best + side * (_LEANS[1] - _LEANS[0]) for side in (0.0, -0.5, 0.5)], key=left)
+    half_way = 0.5 * float(_LEANS[1] - _LEANS[0])
+    best = min(_LEANS.tolist(), key=left)
+    best = min((best, best - half_way, best + half_way), key=left)
     return best if left(best) < _LEAN_GAIN * left(0.0) else 0.0
 
 
