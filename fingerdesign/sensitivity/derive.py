@@ -186,22 +186,18 @@ def changes_of(
     return [change_of(each, model, single, weights) for each in parameters]
 
 
-def contact_forces(fields: ResponseFields, increments: Sequence[Increment]) -> Array:
-    """Forces (K, n, dim) N of increments on the nodes that have fields."""
-    return np.array([increment.force[fields.nodes] for increment in increments])
-
-
 def rates_under(
     fields: ResponseFields,
     changes: Sequence[Change],
-    force: Array,
+    increments: Sequence[Increment],
     pairs: tuple[Array, Array],
     rounding: float = _RANK,
 ) -> tuple[Array, Array]:
-    """Rates (P, r, K) of what the model answers to forces (K, n, dim) that stay as they are, and
-    those (P, j) of pairs, see :meth:`ResponseFields.rates`. Forces are combined from a basis, to
-    the fraction ``rounding`` of the largest."""
-    left, sizes, right = svd(force.reshape(len(force), -1).T, full_matrices=False)
+    """Rates (P, r, K) of what the model answers to the forces of increments, that stay as they are,
+    and those (P, j) of pairs, see :meth:`ResponseFields.rates`. Forces are combined from a basis,
+    to the fraction ``rounding`` of the largest."""
+    forces = np.array([increment.force[fields.nodes].ravel() for increment in increments])
+    left, sizes, right = svd(forces.T, full_matrices=False)
     rank = int((sizes > rounding * sizes.max(initial=0.0)).sum())
     basis, between = fields.rates(changes, left[:, :rank], pairs)
     return basis @ (sizes[:rank, None] * right[:rank]), between
@@ -229,10 +225,9 @@ class IncrementRates:
         self._changes, self._steps = changes, steps
         nodes = fields.nodes
         count, dim, size, past = len(nodes), problem.shape[1], len(changes), len(increments)
-        force = contact_forces(fields, increments)
         self._pairs = border_pairs(problem, steps, nodes)
         if under is None:
-            under = rates_under(fields, changes, force, self._along_normals())
+            under = rates_under(fields, changes, increments, self._along_normals())
         rates, self._between = under
         free = ~problem.model.locked[nodes].reshape(-1)  # on the mirror plane z does not yield
         moved = rates[:, : fields.contact] * free[:, None]
@@ -250,14 +245,15 @@ class IncrementRates:
                 self.explicit[..., p] += np.tensordot(amplitudes, facing.modes[:, nodes], 1)
         turns = np.flatnonzero(self.frames.any(axis=(0, 1, 2)))
         if len(turns):
-            self.explicit[..., turns] += self._turned(force, self.frames[..., turns])
+            self.explicit[..., turns] += self._turned(self.frames[..., turns])
         self._friction = np.array([change.friction for change in changes])
         self.path = path_rates(problem, increments, nodes, self.explicit, self._friction)
 
-    def _turned(self, force: Array, frames: Array) -> Array:
+    def _turned(self, frames: Array) -> Array:
         """Rates (K, n, dim, P) of local displacements as the frames turn, and forces with them."""
-        past, count, dim = force.shape
         nodes, compliance = self._fields.nodes, self._compliance
+        force = np.array([increment.force[nodes] for increment in self._increments])
+        past, count, dim = force.shape
         yielded = (force.reshape(past, -1) @ compliance.T).reshape(force.shape)
         found = np.einsum("nabp,knb->knap", frames, yielded)
         local = np.array([increment.multiplier[nodes] for increment in self._increments])

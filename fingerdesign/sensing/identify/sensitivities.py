@@ -18,21 +18,9 @@ from fingerdesign.control.bench_curves import BenchCurves, Phase, bench_curves
 from fingerdesign.design.schema import Design
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.threads import in_threads
-from fingerdesign.sensing.identify.bench import (
-    LEAN_STEP,
-    ROUGH,
-    BenchModel,
-    bench_finger,
-    leaning,
-)
+from fingerdesign.sensing.identify.bench import LEAN_STEP, ROUGH, BenchModel, bench_finger, leaning
 from fingerdesign.sensing.identify.latents import AXES, Latent, material_value
-from fingerdesign.sensitivity.derive import (
-    IncrementRates,
-    changes_of,
-    contact_forces,
-    face_mean,
-    rates_under,
-)
+from fingerdesign.sensitivity.derive import IncrementRates, changes_of, face_mean, rates_under
 from fingerdesign.sensitivity.model import ResponseFields
 from fingerdesign.sensitivity.path import near_nodes, needed_dofs
 from fingerdesign.sensitivity.variant import PLACES, differentiable, parameters_of
@@ -69,8 +57,7 @@ def differences(
         return [*follow(of[1], [Motion(*each) for each in moves], 1)]
 
     paths = [*in_threads(followed, zip(phases, problems, strict=True))]
-    increments = [[step.increment for step in steps] for steps in paths]
-    every = [each for own in increments for each in own]
+    every = [step.increment for steps in paths for step in steps]
     nodes = near_nodes(problems[0], every)
     # What touches in one phase and what is normal to the surface of another.
     needed = np.any([needed_dofs(problem, every, nodes) for problem in problems], axis=0)
@@ -81,14 +68,12 @@ def differences(
     changes = changes_of(design, condensed, parameters_of(design, scene, names))
     report("sensitivities: rates of the model")
     none = np.zeros((fields.contact, 0))
-    force = contact_forces(fields, every)
-    rates, between = rates_under(fields, changes, force, (none, none), _ROUNDING)
+    rates, between = rates_under(fields, changes, every, (none, none), _ROUNDING)
     moved: list[tuple[Phase, tuple[Array, Array, Array]]] = []
-    begin = 0
-    for phase, problem, steps, own in zip(phases, problems, paths, increments, strict=True):
-        some = slice(begin, begin + len(own))
-        found = IncrementRates(problem, fields, changes, own, under=(rates[..., some], between))
-        begin += len(own)
+    parts = np.split(rates, np.cumsum([len(steps) for steps in paths])[:-1], axis=2)
+    for phase, problem, steps, part in zip(phases, problems, paths, parts, strict=True):
+        own = [step.increment for step in steps]
+        found = IncrementRates(problem, fields, changes, own, under=(part, between))
         slopes = _slopes(found, design, len(steps), factors)
         read = readings_of(steps, design.gages.face)
         played = _with(phase, read.normal_force, read.tangential_force, read.reading)
