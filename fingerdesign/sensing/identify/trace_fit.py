@@ -15,7 +15,6 @@ from scipy.optimize import least_squares
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
-from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.trace import Trace
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, SolverError
@@ -99,24 +98,14 @@ class TraceFit:
 
 
 def fit_trace(
-    problem: ContactProblem,
-    face: str,
-    trace: Trace,
-    terms: int | None = None,
-    start: TraceFit | None = None,
-    rough: bool = False,
-    report: Report = lambda message: None,
+    model: TraceModel, trace: Trace, terms: int | None, rough: bool, report: Report
 ) -> TraceFit:
     """Fit the trace with as many Prony terms as Schwarz's criterion selects, or with ``terms``.
 
-    start: a fit at nearly this modulus, whose terms stay unless fewer or more fit better. rough:
-    the modulus may be far off: the points alone, a few evaluations, and at most one term, which
-    must remove much of the misfit: a wrong modulus looks like a term of relaxation. Raises
+    rough: the modulus may be far off: the points alone, a few evaluations, and at most one term,
+    which must remove much of the misfit: a wrong modulus looks like a term of relaxation. Raises
     SolverError where none converges.
     """
-    model = TraceModel(problem, face, TracePath.of(trace), noise_of(trace))
-    if start is not None:
-        return _refitted(model, start, trace, terms, report)
     report("fitting without relaxation")
     best = _fit(model, _unknowns(model), rough)
     if rough:
@@ -133,7 +122,8 @@ def fit_trace(
 def _refitted(
     model: TraceModel, start: TraceFit, trace: Trace, terms: int | None, report: Report
 ) -> TraceFit:
-    """The fit on another model, begun at an earlier fit."""
+    """The fit on another model, begun at an earlier fit of nearly this modulus, whose terms stay
+    unless fewer or more fit better."""
     best = _fit(model, start.restart)
     if terms is not None:
         return _corrected(best, trace, report)
@@ -292,10 +282,12 @@ def identified(
     fit: TraceFit | None = None
     for number in range(_ROUNDS):
         report("condensing the finger")
-        problem = grip_problem(own, fidelity)
+        model = _model_of(own, trace, fidelity)
         with one_thread():
-            start = fit if number > 1 else None
-            fit = fit_trace(problem, own.gages.face, trace, terms, start, number == 0, report)
+            if fit is not None and number > 1:
+                fit = _refitted(model, fit, trace, terms, report)
+            else:
+                fit = fit_trace(model, trace, terms, number == 0, report)
         if number == 1 and abs(fit.x[0]) > np.log(_MODULUS) - 1e-3:
             raise SolverError(
                 f"the modulus would be over {_MODULUS**2:g} times as large or as small as the "
@@ -317,15 +309,19 @@ def identified(
     return Identified(own, design, trace, fit, fidelity, exponent)
 
 
+def _model_of(design: Design, trace: Trace, fidelity: str) -> TraceModel:
+    problem = grip_problem(design, fidelity)
+    return TraceModel(problem, design.gages.face, TracePath.of(trace), noise_of(trace))
+
+
 def _with_law(
     design: Design, fit: TraceFit, trace: Trace, fidelity: str
 ) -> tuple[Design, TraceFit]:
     """The finger condensed again, and the fit to it, until the modulus changes no more."""
     for _ in range(_ROUNDS):
         design = _with_modulus(design, fit)
-        problem = grip_problem(design, fidelity)
+        model = _model_of(design, trace, fidelity)
         with one_thread():
-            model = TraceModel(problem, design.gages.face, fit.model.path, fit.model.noise)
             fit = _corrected(_fit(model, fit.restart), trace)
         if abs(fit.x[0]) < _SAME:
             break

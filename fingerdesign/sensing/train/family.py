@@ -92,7 +92,7 @@ def _grips_of_finger(
     digest = hashlib.sha256(f"{code} {content}".encode()).hexdigest()
     name, cache = f"{family.key}.{number}.{digest[:16]}.npz", _fingers()
     stored = cache.arrays(name)
-    with suppress(GARBLED):  # Such a file is made again.
+    with suppress(*GARBLED):  # Such a file is made again.
         if stored is not None:
             curves, *grips = unpacked(stored[1], stored[0], _KINDS)
             return [replace(each, curves=curves) for each in grips]
