@@ -115,10 +115,10 @@ def test_the_record_has_its_schema_and_the_page_its_terms(found, data):
 
     schema = json.loads((DATA / "identification.schema.json").read_text("utf-8"))
     jsonschema.validate(plain(data), schema)
-    page = identify_html(found, data, range(4))
+    page = identify_html(found, data)
     assert "trace.csv" in page
     hostile = replace(data, trace="<script>alert(1)</script>")
-    assert "<script>alert" not in identify_html(found, hostile, range(4))
+    assert "<script>alert" not in identify_html(found, hostile)
 
 
 def test_points_are_the_rows_that_move_and_means_of_those_at_rest(made):

@@ -61,13 +61,13 @@ class TraceModel:
         """The model's channels, (k, 2 + g), before gains and offsets."""
         return np.asarray(np.exp(x[0]) * (self._solved(*x[1:].tolist()) + self._thinned))
 
-    def _played(self, path: TracePath, friction: float, touch: float, *terms: float) -> Array:
-        memory = list(terms)
-        exponent = memory.pop() if len(memory) % 2 else 0.0
-        relaxing = [(g, float(np.exp(t))) for g, t in np.reshape(memory, (-1, 2)).tolist()]
+    def _played(self, path: TracePath, friction: float, touch: float, *memory: float) -> Array:
+        exponent = memory[-1] if len(memory) % 2 else 0.0
+        pairs = zip(memory[::2], memory[1::2], strict=False)  # without the exponent
+        terms = [(share, float(np.exp(time))) for share, time in pairs]
         law = FrictionLaw(float(np.exp(friction)), exponent=exponent, reference=self.pressure)
         problem = self._problem.with_friction(law)
-        return played(problem, self._face, path, relaxing, touch)
+        return played(problem, self._face, path, terms, touch)
 
     @cached_property
     def pressure(self) -> float:

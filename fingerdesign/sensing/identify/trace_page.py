@@ -1,6 +1,6 @@
 """Files of an identified trace: the record, the design, and a page of measured and modelled."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -32,29 +32,27 @@ def write_identification(found: Identified, trace: str, folder: Path) -> Identif
     (folder / RECORD_FILE).write_text(json_text(data, indent=1), encoding="utf-8")
     text = dump_design(identified_design(found, data))
     (folder / DESIGN_FILE).write_text(text, encoding="utf-8")
-    page = identify_html(found, data, gage_array(found.design))
-    (folder / PAGE_FILE).write_text(page, encoding="utf-8")
+    (folder / PAGE_FILE).write_text(identify_html(found, data), encoding="utf-8")
     return data
 
 
-def identify_html(found: Identified, data: IdentificationData, plates: Sequence[int]) -> str:
-    """The page. plates: numbers of the plates whose gages the trace holds, in its order."""
+def identify_html(found: Identified, data: IdentificationData) -> str:
+    """The page of an identified finger."""
     with style.house_style():
-        figures = [_forces(found, data), _gages(found, plates)]
+        forces, gages = _forces(found, data), _gages(found)
     model = "3-D" if data.fidelity == "3d" else "plane strain"
     lead = f"{data.trace} · {data.rows} rows in {data.seconds:.3g} s · {model}"
-    first, *others = figures
-    against: list[Item] = [*others, *(Text(f"{each}.", "warnings") for each in data.warnings)]
+    against: list[Item] = [gages, *(Text(f"{each}.", "warnings") for each in data.warnings)]
     words = "Intervals are of all values together, from the noise that the trace shows. They hold "
     words += f"for the model's own errors as far as the misfit, {data.misfit:.3g}, is about 1."
-    tables = [value_table(data, gages) for gages in (False, True)]
+    tables = [value_table(data, of_gages) for of_gages in (False, True)]
     files = "Next to this file: identification.json (all values), identified.toml (the design)."
     return page_html(
         Page(
             title=f"{data.design}: identified from {data.trace}",
             heading=f"{data.design}: identified from one trace",
             lead=lead,
-            first=first,
+            first=forces,
             view=VerdictView(data.design, model, data.seconds, tuple(_verdicts(found, data))),
             sections=[
                 Section("values", "Values", [*tables, Text(words, "quiet")]),
@@ -105,8 +103,8 @@ def _forces(found: Identified, data: IdentificationData) -> style.ReportFigure:
     return caption_drawing(figure, WORDS, "forces", left_mN=1e3 * left, most=most, noise_mN=noise)
 
 
-def _gages(found: Identified, plates: Sequence[int]) -> style.ReportFigure:
-    fit, path = found.fit, found.fit.model.path
+def _gages(found: Identified) -> style.ReportFigure:
+    plates, fit, path = gage_array(found.design), found.fit, found.fit.model.path
     modelled, measured = fit.model.fitted(fit.x)[:, 2:], fit.model.data[:, 2:]
     largest = np.argsort(-np.ptp(modelled, axis=0))[:_SHOWN]
     figure = style.canvas(8.4, 3.4)
