@@ -143,11 +143,8 @@ def opposite_problem(
 def model_data(problem: ContactProblem) -> dict[str, Any]:
     """Facts about the model of grips, for records."""
     fidelity = "plane-strain" if problem.model.dimension == 2 else "3d"
-    return {
-        "fidelity": fidelity,
-        "contact_size_mm": CONTACT_SIZE_MM[fidelity],
-        "contact_nodes": problem.model.nodes,
-    }
+    size, nodes = CONTACT_SIZE_MM[fidelity], problem.model.nodes
+    return {"fidelity": fidelity, "contact_size_mm": size, "contact_nodes": nodes}
 
 
 def meshed_for_grips(

@@ -176,18 +176,15 @@ def fraction_slopes(values: Array) -> Array:
     >>> fraction_slopes(np.array([[1.0, -1.0]])).tolist()
     [[0.25, 0.25]]
     """
-    count = (values > 0.0).sum(axis=1)
-    slope = np.zeros_like(values)
-    width = values.shape[1]
+    positive, slope, width = values > 0.0, np.zeros_like(values), values.shape[1]
+    count = positive.sum(axis=1)
     rows = np.flatnonzero((count > 0) & (count < width))
-    positive = values[rows] > 0.0
     lone_positive = count[rows] == 1
-    lone = np.argmax(positive == lone_positive[:, None], axis=1)
+    lone = np.argmax(positive[rows] == lone_positive[:, None], axis=1)
     order = (lone[:, None] + np.arange(width)) % width
     mixed = values[rows[:, None], order]
     own, rest = mixed[:, :1], mixed[:, 1:]
-    parts = own / (own - rest)
-    cut = np.prod(parts, axis=1)
+    cut = np.prod(own / (own - rest), axis=1)
     by_rest = cut[:, None] / (own - rest)
     with np.errstate(divide="ignore", invalid="ignore"):
         by_own = cut * (1.0 / own - 1.0 / (own - rest)).sum(axis=1)

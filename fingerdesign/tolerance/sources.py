@@ -58,11 +58,8 @@ def by_source(values: Array, sources: Sequence[Source]) -> list[Array]:
 def unknown_places(design: Design) -> list[Fault]:
     """A fault for each row of plates whose places scatter by what is not known."""
     bound, remedy = "'x': how places of plates along z scatter is not known", "leave the row out"
-    return [
-        Fault(row.key("along"), "z", bound, remedy)
-        for row in plate_rows(design)
-        if row.table.along == "z"
-    ]
+    rows = [row for row in plate_rows(design) if row.table.along == "z"]
+    return [Fault(row.key("along"), "z", bound, remedy) for row in rows]
 
 
 def sources_of(design: Design, plan: MoldPlan, space: bool = False) -> list[Source]:

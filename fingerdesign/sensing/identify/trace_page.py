@@ -41,7 +41,6 @@ def identify_html(found: Identified, data: IdentificationData) -> str:
     with style.house_style():
         forces, gages = _forces(found, data), _gages(found)
     model = "3-D" if data.fidelity == "3d" else "plane strain"
-    lead = f"{data.trace} · {data.rows} rows in {data.seconds:.3g} s · {model}"
     against: list[Item] = [gages, *(Text(f"{each}.", "warnings") for each in data.warnings)]
     words = "Intervals are of all values together, from the noise that the trace shows. They hold "
     words += f"for the model's own errors as far as the misfit, {data.misfit:.3g}, is about 1."
@@ -51,7 +50,7 @@ def identify_html(found: Identified, data: IdentificationData) -> str:
         Page(
             title=f"{data.design}: identified from {data.trace}",
             heading=f"{data.design}: identified from one trace",
-            lead=lead,
+            lead=f"{data.trace} · {data.rows} rows in {data.seconds:.3g} s · {model}",
             first=forces,
             view=VerdictView(data.design, model, data.seconds, tuple(_verdicts(found, data))),
             sections=[
@@ -126,16 +125,12 @@ def _gages(found: Identified) -> style.ReportFigure:
 
 def value_table(data: IdentificationData, gages: bool) -> Table:
     """The values of the gages, or all others, with their intervals."""
-    rows = tuple(
-        (
-            each.name.replace("_", " ").replace(".", ", "),
-            *each.shown(),
-            each.unit or "–",
-            "pass" if each.determined else "warning",
-        )
-        for each in data.values
-        if each.name.startswith("gage_") == gages
-    )
+    rows = []
+    for each in data.values:
+        if each.name.startswith("gage_") == gages:
+            name = each.name.replace("_", " ").replace(".", ", ")
+            status = "pass" if each.determined else "warning"
+            rows.append((name, *each.shown(), each.unit or "–", status))
     columns = ("value", "found", "95 % interval", "unit", "determined")
     key, caption = ("gages", "Gages") if gages else ("values", "Rubber and contact")
-    return Table(key, caption, columns, rows, frozenset({0, 3, 4}))
+    return Table(key, caption, columns, tuple(rows), frozenset({0, 3, 4}))

@@ -12,6 +12,7 @@ from fingerdesign.contact.turning import turn_radius
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.features import LEAST_FORCE, FingerCurves, Moment, feature_count, features
 from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.signals import Sample
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.paths import PART, RandomGripPath, Settings, drawn_evenly
@@ -133,20 +134,11 @@ def sample(
 def _noisy(
     moment: Moment, noise: float, gains: Array, settings: Settings, rng: np.random.Generator
 ) -> Moment:
-    sample = moment.sample
+    sample, torque = moment.sample, moment.sample.torque
     readings = gains * sample.readings + noise * rng.standard_normal(len(gains))
-    jitter = settings.force_noise * rng.standard_normal(2)
-    torque = sample.torque
+    normal, tangential = (settings.force_noise * rng.standard_normal(2)).tolist()
     if torque is not None:
         own = settings.torque_noise
         torque = None if own is None else torque + own * float(rng.standard_normal())
-    return replace(
-        moment,
-        sample=replace(
-            sample,
-            readings=readings,
-            normal_force=sample.normal_force + float(jitter[0]),
-            tangential_force=sample.tangential_force + float(jitter[1]),
-            torque=torque,
-        ),
-    )
+    forces = sample.normal_force + normal, sample.tangential_force + tangential
+    return replace(moment, sample=Sample(readings, *forces, sample.lifted, torque))

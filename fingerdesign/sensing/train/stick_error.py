@@ -56,11 +56,8 @@ class SensorErrors:
     @classmethod
     def of(cls, hardware: HardwareTable, gage_factor: float = METAL_FACTOR) -> Self:
         """The errors of ``[grip.hardware]``; a good amplifier's where that table has none."""
-        return cls(
-            amplifier_noise(hardware, gage_factor),
-            hardware.force_noise_N or FORCE_NOISE_N,
-            hardware.gain_spread or GAIN_STD,
-        )
+        noise, force = amplifier_noise(hardware, gage_factor), hardware.force_noise_N
+        return cls(noise, force or FORCE_NOISE_N, hardware.gain_spread or GAIN_STD)
 
 
 @dataclass(frozen=True)
