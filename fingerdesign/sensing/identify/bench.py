@@ -241,12 +241,11 @@ class BenchModel:
     def curves(self, finger: Design | None = None, lean_deg: float = 0.0) -> BenchCurves:
         """Play the moves on a finger, or on the design. Raises SolverError where the model has no
         answer, DesignError for a finger that is not sound."""
-        return self.curves_by_lean(finger)(lean_deg)
+        return self.curves_by_lean(finger or self.design)(lean_deg)
 
-    def curves_by_lean(self, finger: Design | None = None) -> Callable[[float], BenchCurves]:
+    def curves_by_lean(self, finger: Design) -> Callable[[float], BenchCurves]:
         """Condense once, and give what plays the moves on a bench that leans, degrees."""
-        own = self.design if finger is None else finger
-        return self.played_on(self.bench(own), own)
+        return self.played_on(self.bench(finger), finger)
 
     def rough_curves_by_lean(self) -> Callable[[float], BenchCurves]:
         """The same of the design in the rough mesh alone."""

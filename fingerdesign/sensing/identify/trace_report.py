@@ -28,6 +28,7 @@ _ROWS = 30  # Rows of a motion that is tried.
 _LONGER = 3.0  # A further rest lasts so many times the longest one.
 _DRIFTS = ("offset", "drift", "per_kelvin")
 _UNITS = {"offset": "microstrain", "drift": "microstrain/s", "per_kelvin": "microstrain/K"}
+_UNITS |= {"modulus": "MPa", "touch": "mm", "time": "s"}
 Motion = Literal["press", "shear", "hold"]
 
 
@@ -117,27 +118,24 @@ def identification(found: Identified, trace: str) -> IdentificationData:
 def _values(fit: TraceFit, modulus: float) -> Iterator[ValueData]:
     count = len(fit.x)
     names = {"modulus": "youngs_modulus", "friction": "friction_coefficient"}
-    units = {"modulus": "MPa", "touch": "mm", "time": "s"}
     for each, x, deviation in zip(fit.unknowns, fit.x, fit.deviations[:count], strict=True):
-        name, kind = names.get(each.name, each.name), each.kind
-        scale = modulus if kind == "modulus" else 1.0
+        scale = modulus if each.kind == "modulus" else 1.0
         scaled = scale if each.by_logarithm else None
-        yield _value(name, kind, units.get(kind, ""), float(x), float(deviation), scaled)
+        yield _value(names.get(each.name, each.name), each.kind, float(x), float(deviation), scaled)
     if fit.terms:
         yield _relaxed(fit, modulus)
     width = fit.linear.shape[1]
     own = fit.deviations[count:].reshape(-1, width)
     for gage, (row, deviations) in enumerate(zip(fit.linear, own, strict=True), 1):
         for kind, value, deviation in zip(("gain", *_DRIFTS), row, deviations, strict=False):
-            name, unit = f"gage_{gage}.{kind}", _UNITS.get(kind, "")
-            yield _value(name, kind, unit, float(value), float(deviation))
+            yield _value(f"gage_{gage}.{kind}", kind, float(value), float(deviation))
 
 
 def _value(
-    name: str, kind: str, unit: str, x: float, deviation: float, scale: float | None = None
+    name: str, kind: str, x: float, deviation: float, scale: float | None = None
 ) -> ValueData:
     """The value x or, with a scale, scale exp(x); the deviation is that of x."""
-    half = _TWO_SIDED * deviation
+    half, unit = _TWO_SIDED * deviation, _UNITS.get(kind, "")
     value, low, high = x, x - half, x + half
     if scale is not None:
         value, low, high = (float(scale * np.exp(each)) for each in (value, low, high))
@@ -153,7 +151,7 @@ def _relaxed(fit: TraceFit, modulus: float) -> ValueData:
     slope[0], slope[shares] = 1.0, -1.0 / left
     deviation = float(np.sqrt(slope @ fit.covariance() @ slope))
     value = modulus * float(np.exp(fit.x[0])) * left
-    return _value("relaxed_modulus", "modulus", "MPa", 0.0, deviation, value)
+    return _value("relaxed_modulus", "modulus", 0.0, deviation, value)
 
 
 def _fit_warnings(fit: TraceFit) -> Iterator[str]:
@@ -177,7 +175,7 @@ def _trace_warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterato
         yield f'{DESIGN_FILE} has no grip.rubber_memory: identify with plant = "lift" under [grip]'
     if found.trace.temperature is None:
         yield "no temperature was recorded: its effect on gages is taken for drift, even in time"
-    rest = max(found.fit.model.path.rest, 0.0)
+    rest = found.fit.model.path.rest
     for value in values:
         if value.kind == "time" and value.value > rest:
             yield (
