@@ -52,9 +52,9 @@ def joined_calibration(bench: Measured, fit: LatentFit) -> Calibration:
     weight = _weight(mesh[1], 2.0**0.5 * noise.gage / pulls)
     sticking = _joined(sheared, own, other, weight)
     weight = _weight(mesh[2] * measured.stiffness, 2.0**0.5 * noise.force / shears)
-    stiff = [_column(each.sticking.normal_force, each.stiffness) for each in (played, model)]
+    one, two = (_column(each.sticking.normal_force, each.stiffness) for each in (played, model))
     own = _column(own.normal_force, measured.stiffness)
-    stiffness = _joined(sheared, own, _merged(*stiff), weight)[:, 0]
+    stiffness = _joined(sheared, own, _merged(one, two), weight)[:, 0]
     return replace(
         measured,
         normal=NormalCalibration(forces, pressed),
