@@ -29,7 +29,6 @@ from fingerdesign.sensing.identify.bench import (
     LEAN_STEP,
     BenchModel,
     bench_finger,
-    phase_problems,
     protocol,
     simulated_bench,
 )
@@ -143,7 +142,7 @@ def test_traces_give_the_calibration_that_the_rig_makes_of_the_same_plant(design
     )
     bench = simulated_bench(quiet, [], 0)
     write_measured(bench, tmp_path)
-    problem = phase_problems(quiet, protocol(quiet), "plane-strain")[0]
+    problem = bench_finger(quiet, protocol(quiet), "plane-strain").model()[1]
     x = problem.model.gage_x
     hardware = quiet.grip.hardware
     own = bench_curves(read_bench(tmp_path, GAGES), x)
@@ -323,7 +322,7 @@ def test_gains_and_touch_are_fitted_without_another_finger(design, calls_of):
 def test_gains_are_as_certain_as_stated_where_plates_are_in_place(design):
     """Errors in stated deviations, 4 gages of 4 fingers: if those are right, the root mean square
     of 16 is under 1.4 but once in 80 times."""
-    x = np.array(phase_problems(design, protocol(design), "plane-strain")[0].model.gage_x)
+    x = np.array(bench_finger(design, protocol(design), "plane-strain").model()[1].model.gage_x)
     errors = []
     for seed in range(1, 5):
         bench = simulated_bench(design, ["gains"], seed)

@@ -116,18 +116,6 @@ def protocol(design: Design, tilts: Sequence[float] = (TILT_DEG,)) -> tuple[Phas
     return tuple(found)
 
 
-def phase_problems(
-    design: Design,
-    phases: Sequence[Phase],
-    fidelity: str,
-    lean_deg: float = 0.0,
-    mesh: BenchMesh = FINE,
-) -> list[ContactProblem]:
-    """The finger against each phase's surface, the bench itself leaning."""
-    bench = bench_finger(design, phases, fidelity, mesh=mesh).model()[1]
-    return leaning(bench, design, phases, lean_deg)
-
-
 def bench_finger(
     design: Design,
     phases: Sequence[Phase],
@@ -297,8 +285,8 @@ def simulated_bench(
     drawn = perturb(design, chosen, seed)
     own, rng = drawn.design, stream(seed, "noise on a simulated bench")
     hardware, plates = own.rig.hardware, gage_array(own)
-    plan = protocol(design)
-    problems = phase_problems(own, plan, fidelity, drawn.object.tilt_deg, mesh)
+    plan, lean = protocol(design), drawn.object.tilt_deg
+    problems = leaning(bench_finger(own, plan, fidelity, mesh=mesh).model()[1], own, plan, lean)
 
     def imperfect(problem: ContactProblem, of: Hardware) -> Plant:
         return ImperfectPlant(CondensedPlant(problem, own.gages.face), of, rng, plates)
@@ -311,7 +299,7 @@ def simulated_bench(
     plant = imperfect(problems[0], hardware)
     trace = trace_of([plant.move(*each) for each in moves], moves, hardware.sample_rate_Hz)
     quick = replace(plan[0], name="quick.csv", kind="quick", points=points_of(trace), trace=trace)
-    return SimulatedBench((*phases, quick), own, drawn.object.tilt_deg)
+    return SimulatedBench((*phases, quick), own, lean)
 
 
 def _recorded(phase: Phase, plant: Plant) -> Phase:
