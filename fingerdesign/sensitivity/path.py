@@ -44,7 +44,7 @@ class PathRates:
 def near_nodes(problem: ContactProblem, increments: Sequence[Increment]) -> IntArray:
     """Nodes that touch at some time, their neighbours in the facets, and the neighbours of these:
     between the first two lies the border of contact, whose place depends on the third."""
-    ever, facets = _touching(problem, increments), problem.model.facets
+    ever, facets = _touching(increments), problem.model.facets
     for _ in range(2):
         ever[facets[ever[facets].any(axis=1)]] = True
     return np.flatnonzero(ever)
@@ -55,16 +55,13 @@ def needed_dofs(
 ) -> BoolArray:
     """Dofs (n, dim) of ``nodes`` whose fields the path's rates need: all that are free of nodes
     that touch at some time; of the others what their normals have."""
-    touching = _touching(problem, increments)[nodes, None]
+    touching = _touching(increments)[nodes, None]
     needed = touching | (problem.frames[nodes, 0] != 0.0)
     return np.asarray(needed & ~problem.model.locked[nodes].reshape(needed.shape))
 
 
-def _touching(problem: ContactProblem, increments: Sequence[Increment]) -> BoolArray:
-    ever = np.zeros(problem.shape[0], dtype=bool)
-    for increment in increments:
-        ever |= increment.multiplier[:, 0] > 0.0
-    return ever
+def _touching(increments: Sequence[Increment]) -> BoolArray:
+    return np.any([increment.multiplier[:, 0] > 0.0 for increment in increments], axis=0)
 
 
 def path_rates(

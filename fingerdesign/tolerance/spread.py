@@ -62,6 +62,7 @@ def tolerance(
     names = [name for source in sources for name in source.parameters]
     found = sensitivity(design, own, names, fidelity)
     parts = variances(found, sources)
+    readings = np.sqrt(np.sum(parts["reading"], axis=0).mean(axis=0))  # of gages, RMS over rows
     areas, parts["gage_area"] = gage_areas(design, own, found, sources)
     cast = cast_fingers(case, own, found, sources, draws, report) if draws else None
     return ToleranceData(
@@ -71,7 +72,7 @@ def tolerance(
         fidelity=fidelity,
         rows=tuple(_row(found, sources, parts, areas, k) for k in range(found.readings.rows)),
         sources=tuple(_sources(found, sources, parts)),
-        gage_std_microstrain=gage_deviations(np.sum(parts["reading"], axis=0)),
+        gage_std_microstrain=tuple(readings.tolist()),
         yield_by_motion=yield_by_motion(found, sources),
         cast=cast,
         seconds=round(time.perf_counter() - start, 2),
@@ -130,15 +131,6 @@ def _row(
         gage_area_std_mm=pair("gage_area"),
         on_kink=float(found.on_kink[k]),
     )
-
-
-def gage_deviations(variance: Array) -> tuple[float, ...]:
-    """The root of the mean variance (rows, gages) of each gage.
-
-    >>> gage_deviations(np.array([[9.0, 0.0], [16.0, 2.0]]))
-    (3.5355339059327378, 1.0)
-    """
-    return tuple(map(float, np.sqrt(variance.mean(axis=0))))
 
 
 def _sources(
