@@ -15,7 +15,7 @@ from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.measures import border_compliances, level_sets, positive_fraction
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.sensitivity.path import PathRates, slip_ways
+from fingerdesign.sensitivity.path import PathRates
 
 # Of the largest force: no change of a parameter that matters keeps a smaller pull's direction.
 _NO_PULL = 1e-6
@@ -44,9 +44,12 @@ def area_rates(
         slid = np.zeros((len(rates.nodes), own.friction.size))
         for k, increment in enumerate(step.row, first):
             past = rates.local[k - 1] if k else np.zeros_like(rates.local[0])
-            moving, way = slip_ways(increment, rates.nodes)
+            slip = increment.slip_increment[rates.nodes]
+            size, sliding = lengths(slip)[:, None], increment.state.sliding[rates.nodes, None]
+            moving = (sliding > 0.0) & (size > 0.0)
+            way = np.divide(slip, size, out=np.zeros_like(slip), where=moving)
             more = np.einsum("na,nap->np", way, (rates.local[k] - past)[:, 1:])
-            slid = np.where(moving[:, None], slid + more, 0.0)
+            slid = np.where(moving, slid + more, 0.0)
         first += len(step.row)
         fields = _level_rates(problem, step.increment, rates, first - 1, own, border, slid)
         found[row] = _areas(problem, step.increment, rates.nodes, fields, own)

@@ -166,11 +166,3 @@ class _Point:
             raise SolverError("an increment's tangent is singular: no derivative") from error
         found[closed] = solved.reshape(len(closed), dim, -1)
         return found
-
-
-def slip_ways(increment: Increment, nodes: IntArray) -> tuple[BoolArray, Array]:
-    """Nodes (n,) that slide, and the unit directions (n, dim - 1) of their slips."""
-    slip = increment.slip_increment[nodes]
-    size = lengths(slip)
-    moving = (increment.state.sliding[nodes] > 0.0) & (size > 0.0)
-    return moving, np.divide(slip, size[:, None], out=np.zeros_like(slip), where=moving[:, None])

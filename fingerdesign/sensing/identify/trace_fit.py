@@ -230,7 +230,9 @@ def _fit(model: TraceModel, unknowns: Sequence[Unknown], rough: bool = False) ->
             f"the fit of the trace did not converge in {found.nfev} evaluations: give another "
             "modulus to start from in the design, or fewer --terms"
         )
-    x = _quick_first(np.asarray(found.x))
+    x = np.asarray(found.x)
+    terms = x[3 : 3 + (len(x) - 3) // 2 * 2].reshape(-1, 2)
+    terms[:] = terms[np.argsort(terms[:, 1])]  # The quick one first: all have the same bounds.
     linear = model.linear(model.answers(x))
     steps = np.where(x + steps > high, -steps, steps)
     information = model.information(x, steps, linear)
@@ -238,14 +240,6 @@ def _fit(model: TraceModel, unknowns: Sequence[Unknown], rough: bool = False) ->
     misfit = float(2.0 * found.cost / max(count, 1))
     bic = 2.0 * found.cost + len(information) * np.log(model.data.size)
     return TraceFit(tuple(unknowns), x, linear, steps, information, misfit, model, float(bic))
-
-
-def _quick_first(x: Array) -> Array:
-    """The unknowns with the terms in the order of their times: all have the same bounds."""
-    count = (len(x) - 3) // 2
-    terms = x[3 : 3 + 2 * count].reshape(-1, 2)
-    ordered = terms[np.argsort(terms[:, 1])].reshape(-1)
-    return np.concatenate([x[:3], ordered, x[3 + 2 * count :]])
 
 
 @dataclass(frozen=True)

@@ -117,13 +117,11 @@ def _measure_errors(
         utilisation.append(float(np.sqrt((off[:, 1] ** 2).mean())))
         if noise <= band.most_noise:
             found.setdefault(band.most_noise, []).append((outputs[:, 2], off[:, 1]))
-    bands = tuple(
-        replace(
-            each, spread=_std_table(*map(np.concatenate, zip(*found[each.most_noise], strict=True)))
-        )
-        for each in estimator.bands
-    )
-    estimator = replace(estimator, bands=bands)
+    bands = []
+    for each in estimator.bands:
+        spread = _std_table(*map(np.concatenate, zip(*found[each.most_noise], strict=True)))
+        bands.append(replace(each, spread=spread))
+    estimator = replace(estimator, bands=tuple(bands))
     errors = tuple(stick), tuple(utilisation)
     return TrainingResult(estimator, NOISES, *errors, samples, len(grips), fingers)
 

@@ -84,11 +84,8 @@ def estimator_of(
     if (shipped := shipped_estimator(design, fidelity)) is not None:
         return shipped
     hint = "" if shipped_estimator(design) is None else "; --fidelity 3d needs no training"
-
-    def hinted(message: str) -> None:
-        report(f"{message}{hint}")
-
-    return training_result_for(design, hinted, workers, fidelity).estimator
+    found = training_result_for(design, lambda each: report(f"{each}{hint}"), workers, fidelity)
+    return found.estimator
 
 
 def grip_fidelity(fidelity: str) -> str:
