@@ -20,12 +20,7 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.train.network import fit_band
 from fingerdesign.sensing.train.paths import RandomGripPath, Settings, random_grip_paths
-from fingerdesign.sensing.train.samples import (
-    finger_curves,
-    sample,
-    sample_grips,
-    with_turn_radius,
-)
+from fingerdesign.sensing.train.samples import finger_curves, sample, sample_grips, with_turn_radius
 
 # Each band of gage noise, microstrain, has a network. A common one has errors that are a sixth
 # larger in the lower band.

@@ -152,12 +152,7 @@ def _features(
 
 
 def _grip(
-    problem: ContactProblem,
-    face: str,
-    max_approach: float,
-    begin: float,
-    end: float,
-    climb: float,
+    problem: ContactProblem, face: str, max_approach: float, begin: float, end: float, climb: float
 ) -> Iterator[tuple[Array, tuple[float, float], float]]:
     """Readings, forces, stick ratio from the first pull on, until it slips or no answer is found.
 
