@@ -22,6 +22,7 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 
 PLACES = ("x_mm", "y_mm", "angle_deg")
+PLACE = re.compile(rf"placement(?:\[(\d{{1,6}})\])?\.({'|'.join(PLACES)})")  # of a plate, or of all
 _TABLES = ("body", "plates", "gages", "materials")
 _OBJECT = ("friction_coefficient", "radius_mm", "tilt_deg")
 # Steps of five-point differences: errors of (step / length)^4 and of rounding / step balance.
@@ -91,8 +92,7 @@ def parameters_of(
 
 
 def _parameter(here: Variant, name: str) -> Parameter:
-    place = re.fullmatch(r"placement(?:\[(\d{1,6})\])?\.(\w+)", name)
-    if place is not None and place[2] in PLACES:
+    if (place := PLACE.fullmatch(name)) is not None:
         return _placement(here, name, place[1], PLACES.index(place[2]))
     table, _, key = name.partition(".")
     value = None

@@ -7,7 +7,6 @@ and margins go with the normal force, to first order in the tolerances. With its
 drawn finger is calibrated and lifts what ``[grip]`` says; as many are drawn as the interval needs.
 """
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -39,7 +38,7 @@ from fingerdesign.runtime.threads import one_thread
 from fingerdesign.sensing.perturb.finger import placement_keys, places_of
 from fingerdesign.sensing.train.ready import with_estimator
 from fingerdesign.sensitivity.derive import Sensitivity
-from fingerdesign.sensitivity.variant import PLACES
+from fingerdesign.sensitivity.variant import PLACE, PLACES
 from fingerdesign.tolerance.record import CastData
 from fingerdesign.tolerance.sources import Source, all_tolerances
 
@@ -91,8 +90,7 @@ def drawn(design: Design, sources: Sequence[Source], changes: Array) -> Design:
     places = np.zeros((len(plate_frames(design)), 3))
     values, known = dict[str, object](), dict(leaves(design.model_dump(mode="json")))
     for name, off in zip(names, changes.tolist(), strict=True):
-        place = re.fullmatch(r"placement(?:\[(\d+)\])?\.(\w+)", name)
-        if place is None:
+        if (place := PLACE.fullmatch(name)) is None:
             values[name] = float(known[name]) + off
         else:
             rows = slice(None) if place[1] is None else int(place[1])
