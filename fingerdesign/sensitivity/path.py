@@ -61,7 +61,8 @@ def needed_dofs(
 
 
 def _touching(increments: Sequence[Increment]) -> BoolArray:
-    return np.any([increment.multiplier[:, 0] > 0.0 for increment in increments], axis=0)
+    ever = np.array([increment.multiplier[:, 0] > 0.0 for increment in increments])
+    return np.asarray(ever.any(axis=0))
 
 
 def path_rates(
