@@ -3,14 +3,7 @@
 import math
 
 from fingerdesign.design.gages import Gages
-from fingerdesign.design.leads import (
-    COPPER_MPA,
-    ENAMEL,
-    FLEX_MM,
-    GOLD_MPA,
-    LEAST_WIRE_MM,
-    Leads,
-)
+from fingerdesign.design.leads import COPPER_MPA, ENAMEL, FLEX_MM, GOLD_MPA, LEAST_WIRE_MM, Leads
 from fingerdesign.design.schema import Design
 from fingerdesign.design.stock import GageType
 

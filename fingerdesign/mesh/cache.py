@@ -27,12 +27,7 @@ FORMAT = 6  # raise it when the way from CAD to mesh changes
 MOST_MESHES = 300  # meshes of a few MB each; the longest unused go first
 
 
-def mesh_key(
-    design: Design,
-    sizes: MeshSizes,
-    zone: Zone,
-    symmetric: bool,
-) -> str:
+def mesh_key(design: Design, sizes: MeshSizes, zone: Zone, symmetric: bool) -> str:
     """SHA-256, in hexadecimal, of what a tetrahedral mesh depends on."""
     body = design.body
     core = body.core.model_copy(update={"material": ""}) if body.core is not None else None

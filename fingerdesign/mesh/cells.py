@@ -18,10 +18,7 @@ TETRA_EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 TETRA_FACETS = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
 _SQUARE_EDGES = ((0, 1), (1, 2), (2, 3), (0, 3))
 # A prism's corners: a triangle at the lower z, then the same at the higher z; VTK's order.
-_PRISM_EDGES = (
-    *((0, 1), (1, 2), (0, 2), (3, 4), (4, 5), (3, 5)),
-    *((0, 3), (1, 4), (2, 5)),
-)
+_PRISM_EDGES = ((0, 1), (1, 2), (0, 2), (3, 4), (4, 5), (3, 5), (0, 3), (1, 4), (2, 5))
 _PRISM_SQUARES = ((0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
 
 

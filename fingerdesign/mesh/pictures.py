@@ -188,11 +188,7 @@ def draw_ratios(axes: Any, ratios: dict[str, NDArray[Any]]) -> None:
 
 
 def draw_quality(
-    mesh: Mesh,
-    design: Design,
-    report: QualityReport,
-    path: Path,
-    requested: TargetSizes,
+    mesh: Mesh, design: Design, report: QualityReport, path: Path, requested: TargetSizes
 ) -> Path:
     """Write the PNG: the mesh cut open at z = 0, those of its worst elements marked that lie near
     the cut, the histogram of all angles and those of the sizes over their targets, zone by zone.

@@ -31,11 +31,7 @@ _MOST_REACH = 8.0  # times t/2; triangles there keep seven eighths
 
 
 def open_sheets(
-    points: Array,
-    triangles: IntArray,
-    frames: tuple[PlateFrame, ...],
-    body: Body,
-    end_size: float,
+    points: Array, triangles: IntArray, frames: tuple[PlateFrame, ...], body: Body, end_size: float
 ) -> tuple[Array, IntArray]:
     """Cut a linear mesh along the plates' mid-lines and open each slot to the plate's thickness.
 

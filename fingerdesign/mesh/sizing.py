@@ -88,10 +88,7 @@ class MeshSizes:
     def scaled(self, factor: float) -> Self:
         """The same field with every length multiplied by ``factor``."""
         return replace(
-            self,
-            contact=self.contact * factor,
-            plate=self.plate * factor,
-            far=self.far * factor,
+            self, contact=self.contact * factor, plate=self.plate * factor, far=self.far * factor
         )
 
 

@@ -58,11 +58,7 @@ class ActiveInverse:
         return ActiveInverse(nodes, inverse_of(block(compliance, dofs, dofs)))
 
     def moved_to(
-        self,
-        compliance: Array,
-        nodes: IntArray,
-        dim: int,
-        scratch: Scratch = np.empty,
+        self, compliance: Array, nodes: IntArray, dim: int, scratch: Scratch = np.empty
     ) -> ActiveInverse:
         """Move the inverse to other ``nodes``: update it, or invert again where that is cheaper."""
         joining = np.zeros(len(compliance) // dim, dtype=bool)

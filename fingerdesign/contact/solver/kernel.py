@@ -231,12 +231,7 @@ class CompiledTracker(Tracker):
             kinds = [np.float64, np.float64, np.float64, np.bool_, np.bool_]
             arrays = [np.ascontiguousarray(*each) for each in zip(sources, kinds, strict=True)]
             law, areas = _Law.of(problem.friction)
-            judged = _Judged(
-                *problem.shape,
-                problem.typical_compliance,
-                law,
-                *map(address, arrays),
-            )
+            judged = _Judged(*problem.shape, problem.typical_compliance, law, *map(address, arrays))
             self._problem, self._about = problem, (judged, [*arrays, areas])
         return ctypes.addressof(self._about[0])
 

@@ -29,12 +29,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.fem.elements import physical_gradients, quadrature, strain_order, tabulate
-from fingerdesign.fem.finite.law import (
-    Deformation,
-    deformation,
-    second_piola,
-    second_piola_change,
-)
+from fingerdesign.fem.finite.law import Deformation, deformation, second_piola, second_piola_change
 from fingerdesign.mesh.cells import kind_of
 
 

@@ -10,12 +10,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.rows import plate_frames
-from fingerdesign.mesh.cells import (
-    facet_keys,
-    pieces,
-    same_keys,
-    tetra_facets,
-)
+from fingerdesign.mesh.cells import facet_keys, pieces, same_keys, tetra_facets
 from fingerdesign.mesh.files.named import NamedMesh
 from fingerdesign.mesh.fit import face_distances, outer_areas, volumes_by_region
 from fingerdesign.mesh.measures import (

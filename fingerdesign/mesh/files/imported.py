@@ -17,12 +17,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.cells import (
-    TETRA_EDGES,
-    facet_keys,
-    quadratic,
-    with_mid_nodes,
-)
+from fingerdesign.mesh.cells import TETRA_EDGES, facet_keys, quadratic, with_mid_nodes
 from fingerdesign.mesh.files.checks import (
     check_faces,
     check_joined,

@@ -18,13 +18,7 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.layers import layered, not_layered, not_sweepable, overlaps
 from fingerdesign.layout.rows import mirrors_in_z, plate_frames
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.cells import (
-    PRISM,
-    TRIANGLE,
-    facet_kind,
-    outer_facets,
-    quadratic,
-)
+from fingerdesign.mesh.cells import PRISM, TRIANGLE, facet_kind, outer_facets, quadratic
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.measures import oriented
 from fingerdesign.mesh.section.plates import extruded_sizes, inner_of, scaled

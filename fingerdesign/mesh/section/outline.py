@@ -176,11 +176,7 @@ def _cut(piece: Piece, zone: float, size: float) -> list[Piece]:
 
 
 def _add_piece(
-    outline: Outline,
-    ends: tuple[int, int],
-    piece: Piece,
-    side: float,
-    contact: ContactSizes,
+    outline: Outline, ends: tuple[int, int], piece: Piece, side: float, contact: ContactSizes
 ) -> None:
     """A piece of the contact surface, on the right (side 1) or mirrored (-1)."""
     size = contact.at(0.5 * (piece.start[0] + piece.end[0]))

@@ -113,12 +113,7 @@ def tetrahedralise(
 
 
 def _attempted(
-    design: Design,
-    way: PlateWay,
-    attempt: Attempt,
-    sizes: MeshSizes,
-    zone: Zone,
-    symmetric: bool,
+    design: Design, way: PlateWay, attempt: Attempt, sizes: MeshSizes, zone: Zone, symmetric: bool
 ) -> Mesh:
     """One try: CAD, fTetWild, and what follows. MeshError names what failed."""
     scaled = sizes.scaled(attempt.size_factor)
