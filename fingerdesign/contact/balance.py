@@ -8,8 +8,6 @@ a shear that carries too little and one that carries too much. Every trial start
 frozen state: friction history moves once, with the accepted increment.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

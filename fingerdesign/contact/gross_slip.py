@@ -9,8 +9,6 @@ Where friction falls with the pressure, a coefficient alone says nothing: :func:
 law whose coefficient holds at a given F_n.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

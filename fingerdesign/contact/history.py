@@ -13,8 +13,6 @@ negligible. In one large increment the whole contact would slide at the static l
 came to rest, also for a single increment, has the static limit again: rubber heals at once.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

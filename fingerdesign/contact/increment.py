@@ -1,7 +1,5 @@
 """One increment of the path: a frozen state and a motion in, an accepted increment out."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

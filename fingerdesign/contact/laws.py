@@ -7,8 +7,6 @@ lambda_n >= 0,  gap >= 0,  lambda_n gap = 0
 b is the node's friction bound (friction.py), mu lambda_n of Coulomb's law.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

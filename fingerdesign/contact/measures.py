@@ -5,8 +5,6 @@ bound. Both fields are interpolated linearly over the facets, so areas change sm
 contact moves, and a border falls between nodes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

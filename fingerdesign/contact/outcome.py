@@ -1,7 +1,5 @@
 """The outcome of an answer: its certificate and the state after it (numpy only)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

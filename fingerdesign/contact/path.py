@@ -1,7 +1,5 @@
 """A path of motions or forces, increment by increment (numpy only)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 

@@ -5,8 +5,6 @@ it scatters by several percent. A patch averages that out (Zienkiewicz and Zhu, 
 Engng 33, 1331, 1992): at each place a parabola in x is fitted to the tractions around it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 

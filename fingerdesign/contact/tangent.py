@@ -5,8 +5,6 @@ nodes follow the object, sliding nodes stay on their friction limit. The derivat
 where a node is just about to change its status.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.arrays import Array

@@ -18,8 +18,6 @@ whole (limit analysis; the turn and the way along z are free, v_i the slips at h
 This is a convex function, so the least one is found by weighted least squares.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -11,8 +11,6 @@ linearised system's determinant at all answers add up to 1, as at the one answer
 come in odd numbers, and one whose sign is -1 is not alone: it has at least two companions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations, product

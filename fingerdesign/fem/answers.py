@@ -8,8 +8,6 @@ factor on all moduli divides compliance and readouts, and changes nothing else. 
 path and controller are no part of it.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable
 from contextlib import suppress

@@ -8,8 +8,6 @@ factorisation gives every answer; answers are stored (answers.py). A readout of 
 l, rows l^T, gives the contact displacement under them.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress

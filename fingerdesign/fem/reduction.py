@@ -1,7 +1,5 @@
 """The model that contact sees, of a condensed body and its readouts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray

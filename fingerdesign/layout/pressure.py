@@ -5,8 +5,6 @@ that does not turn with the face the body gives way: a half-plane's face at 2 sh
 mesh (tests/fem/test_finite_system.py), a column like Euler's strut with a free top.
 """
 
-from __future__ import annotations
-
 import math
 
 from fingerdesign.design.scene import Scene, SceneObject

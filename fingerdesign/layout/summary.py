@@ -1,7 +1,5 @@
 """Summary of a sound design, as ``fingerdesign check`` shows it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

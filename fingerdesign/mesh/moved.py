@@ -4,8 +4,6 @@ Two meshes of one finger differ by about a microstrain in what gages measure; a 
 hundredth of a millimetre changes it by no more. Nodes that move along add no such noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """A quality report as readable lines, one measure each; lengths in mm, angles in degrees."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from fingerdesign.mesh.quality import QualityReport

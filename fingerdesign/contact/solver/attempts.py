@@ -8,8 +8,6 @@ last force gives. In 3-D the answer is approached along the motion, along the fr
 and by Gauss-Seidel. Each attempt has a limit of iterations, so that nothing can hang.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

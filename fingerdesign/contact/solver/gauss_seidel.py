@@ -6,8 +6,6 @@ calls it NSGS). A change of one node moves all others by a column of the complia
 costs one product of a vector, and nothing where the node stays as it is.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -5,8 +5,6 @@ a third of the unknowns (half in the plane) and a small part of the work. An act
 from the nodes that were in contact before, mostly ends in three or four steps.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.linalg.lapack import dposv
 

@@ -10,8 +10,6 @@ q = b(f_n) / |trial|, b the friction bound. Sticking needs no unknown, sliding t
 plane), an open node all.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -12,8 +12,6 @@ makes a node that slides the wrong way stick first, where a large one throws it 
 and cycles (Alart and Curnier, CMAME 92 (1991) 353, leave rho free).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

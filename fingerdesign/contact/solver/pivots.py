@@ -13,8 +13,6 @@ for every friction coefficient, and this finds one, where Lemke's own start may 
 Complementarity Problem, 1992, 4.4-4.5, the pivots).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

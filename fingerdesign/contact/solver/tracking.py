@@ -17,8 +17,6 @@ Where this does not lead to an answer (many changes at once, a singular matrix) 
 the caller solves from the start; an answer found here is certified like any other.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -21,8 +21,6 @@ answer both are the same.
 The quadrature has the order of the small-strain model; at rest both stiffnesses agree to rounding.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -9,8 +9,6 @@ Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysi
 6.4.3. In a nearly incompressible material p is an unknown of its own (cells.py).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ displacements stay zero. The pattern is found once; an evaluation is a few batch
 sum.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 
