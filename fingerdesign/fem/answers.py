@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
 from fingerdesign.version import __version__
 
@@ -122,7 +122,7 @@ def store_fields(key: str, modulus: float, forces: Array, fields: Array) -> bool
     return _field_store().put_arrays(f"{key}.npz", arrays, {"modulus": modulus}, packed=False)
 
 
-def _lower(size: int) -> NDArray[np.bool_]:
+def _lower(size: int) -> BoolArray:
     return np.tri(size, dtype=bool)
 
 

@@ -7,9 +7,8 @@ from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.body import Body as FingerBody
 from fingerdesign.design.gages import Gages
 from fingerdesign.design.schema import Design
@@ -155,7 +154,7 @@ def reduced_onto(design: Design, mesh: Mesh, of: ContactOf) -> ReducedModel:
     )
 
 
-def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:
+def body_of(design: Design, mesh: Mesh, contact: IntArray) -> Body:
     """The finger as an elastic body fixed at its base, with ``contact`` (f, nodes) candidates."""
     young, poisson = materials_of(design, mesh)
     thickness, frames = design.body.depth_mm if mesh.dimension == 2 else 1.0, plate_frames(design)
@@ -209,7 +208,7 @@ def expansions_of(design: Design, mesh: Mesh) -> Array:
     return found
 
 
-def fixed_dofs(mesh: Mesh) -> NDArray[np.bool_]:
+def fixed_dofs(mesh: Mesh) -> BoolArray:
     """Fixed dofs (n dim,): all on the base, z on the mirror plane."""
     fixed = np.zeros(mesh.points.shape, dtype=bool)
     fixed[np.unique(mesh.facets["base"])] = True
@@ -258,7 +257,7 @@ def free_ends(body: FingerBody, mesh: Mesh) -> tuple[float, float] | None:
 
 def candidate_facets(
     mesh: Mesh, zone_half_width: float, zone_half_depth: float | None = None
-) -> NDArray[np.int64]:
+) -> IntArray:
     """Contact facets with all corners in |x| <= zone (and |z| <= zone_half_depth), mm."""
     facets = mesh.facets["contact"]
     corners = mesh.points[facets[:, : facet_kind(facets).corners]]

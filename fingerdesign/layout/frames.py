@@ -7,9 +7,8 @@ Lengths in mm, angles anticlockwise from the row's axis (+x, or +z for rows alon
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 
 
 @dataclass(frozen=True)
@@ -143,7 +142,7 @@ class PlateFrame:
         v = np.full(pieces + 1, 0.5 * self.thickness)
         return np.vstack([self.from_local(along, -v), self.from_local(along[::-1], v)])
 
-    def holds(self, points: Array) -> NDArray[np.bool_]:
+    def holds(self, points: Array) -> BoolArray:
         """True for points (n, 3) inside the plate (and in none of its holes)."""
         s, v = self.local(points).T
         w = self.across(points)

@@ -11,7 +11,7 @@ import numpy as np
 from manifold3d import CrossSection, Manifold, Mesh64
 from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Core
 from fingerdesign.layout.frames import PlateFrame
 
@@ -137,7 +137,7 @@ def core_gaps(core: Core, depth: float, frames: tuple[PlateFrame, ...]) -> Array
     )
 
 
-def below_middle(vertices: Array, triangles: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+def below_middle(vertices: Array, triangles: IntArray) -> tuple[Array, IntArray]:
     """The part of a closed surface at z <= 0, closed by its section; empty where there is none.
 
     vertices (n, 3), triangles (t, 3), anticlockwise from outside; returned in the same form.

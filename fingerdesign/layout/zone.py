@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout.bodies import crest_height
@@ -183,9 +184,7 @@ def _object_curvatures(rigid: SceneObject) -> tuple[float, float]:
     return float(matrix[0, 0]), float(matrix[1, 1])
 
 
-def _overlap_reaches(
-    matrix: np.ndarray[tuple[int, int], np.dtype[np.float64]], approach: float
-) -> tuple[float, float]:
+def _overlap_reaches(matrix: Array, approach: float) -> tuple[float, float]:
     """Half-extents along x and z of the ellipse q . K q / 2 = approach, lessened."""
     if np.linalg.det(matrix) <= 1e-12 * max(float(np.trace(matrix)), 1e-300) ** 2:
         level, turned = 2.0 * max(approach, 0.0), abs(float(matrix[0, 1])) > 1e-12

@@ -10,9 +10,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.errors import GeometryError
 from fingerdesign.shapes.quadrics import dot, unit
 
@@ -254,7 +253,7 @@ class Nurbs:
         return low - margin[0], high + margin[1]
 
     @cached_property
-    def _poles(self) -> NDArray[np.bool_]:
+    def _poles(self) -> BoolArray:
         """True where the surface is a point, at the least and greatest (rows) u and v (columns)."""
         u0, u1, v0, v1 = self.bounds
         u, v, full = np.linspace(u0, u1, 9), np.linspace(v0, v1, 9), np.ones(9)

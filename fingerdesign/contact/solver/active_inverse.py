@@ -14,10 +14,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.blas import dsyrk
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 
 _SMALL = 100  # Blocks of fewer dofs are inverted at once.
 _TILE = 64  # Rows mirrored at a time, so that they stay in the processor's cache.
@@ -75,9 +74,7 @@ class ActiveInverse:
             return self.restricted(stays, dim, scratch)
         return self.restricted(stays, dim)._with(compliance, joins, dim, scratch)
 
-    def restricted(
-        self, stays: NDArray[np.bool_], dim: int, scratch: Scratch = np.empty
-    ) -> ActiveInverse:
+    def restricted(self, stays: BoolArray, dim: int, scratch: Scratch = np.empty) -> ActiveInverse:
         """On those of its nodes that stay (by position)."""
         if stays.all():
             return self

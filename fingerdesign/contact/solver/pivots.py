@@ -14,9 +14,8 @@ Complementarity Problem, 1992, 4.4-4.5, the pivots).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.contact.friction import Coulomb
 from fingerdesign.contact.solver.newton import NewtonResult, relative_residual
 
@@ -136,7 +135,7 @@ class _Table:
             self._exchange(row, column)
         return False
 
-    def status(self) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    def status(self) -> tuple[BoolArray, IntArray]:
         """Closed nodes (m,), and the sign (m,) of the slip of each: 0 where it sticks."""
         m = self.m
         inside = np.zeros(6 * m + 1, dtype=bool)
@@ -175,8 +174,8 @@ def _on_status(
     compliance: Array,
     offset: Array,
     friction: Array,
-    closed: NDArray[np.bool_],
-    direction: NDArray[np.int64],
+    closed: BoolArray,
+    direction: IntArray,
 ) -> Array:
     """Forces (m, 2) of the linear system of a status, free of the rounding of the pivots."""
     m = len(offset)

@@ -6,9 +6,8 @@ Plates and core may end inside the body: layers have borders there, and what lie
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.checks.body import sound_outline
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Design
@@ -231,7 +230,7 @@ def _classify(
         outer = boundary[~np.isin(boundary[:, -1], np.concatenate([[-1], *taken]))]
         corners = nodes[outer[:, : kind.corners]]
 
-        def lies_at(axis: int, value: float, corners: Array = corners) -> NDArray[np.bool_]:
+        def lies_at(axis: int, value: float, corners: Array = corners) -> BoolArray:
             return np.asarray((np.abs(corners[:, :, axis] - value) < 1e-9).all(axis=1))
 
         if kind is TRIANGLE:

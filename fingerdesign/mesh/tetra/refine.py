@@ -8,9 +8,8 @@ finger would be a few facets. The longest edges are halved first (after Rivara, 
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.mesh.cells import TETRA_EDGES
 
 TOO_LONG = 1.6  # times the target size; a good mesh has edges of 0.6 to 1.5 times
@@ -48,7 +47,7 @@ def refine(
 
 
 def _halves(
-    points: Array, tets: IntArray, long: NDArray[np.bool_], length: Array
+    points: Array, tets: IntArray, long: BoolArray, length: Array
 ) -> tuple[Array, IntArray, IntArray, IntArray]:
     """One round: new points, the tetrahedra that are halved, and their two halves.
 
