@@ -138,10 +138,8 @@ def _place(frame: PlateFrame, s: float, v: float, w: float) -> Array:
 
 
 def outline_solid(body: Body, half: bool = False) -> cq.Solid:
-    """The solid of a body (of its half z >= 0) before anything is bonded into it.
-
-    GeometryError where the section or the dome cannot exist, or where the kernel fails.
-    """
+    """The solid of a body (of its half z >= 0) before anything is bonded into it. GeometryError
+    where the section or the dome cannot exist, or where the kernel fails."""
     if body.step is not None:
         whole = step_outline(body.step)
         return upper_half(whole, "body.step") if half else whole
@@ -178,10 +176,8 @@ def _section(profile: Profile, z: float, bottom: float) -> list[cq.Edge]:
 
 
 def _pieces(profile: Profile) -> list[Piece]:
-    """The profile's pieces but those that the kernel takes for points.
-
-    Rounding the edge of a half circle, which meets its sides smoothly, leaves such a piece.
-    """
+    """The profile's pieces but those that the kernel takes for points. Rounding the edge of a half
+    circle, which meets its sides smoothly, leaves such a piece."""
     return [piece for piece in profile.pieces if piece.length > 1e-6]
 
 
@@ -211,11 +207,9 @@ def _revolved(profile: Profile, half: bool) -> cq.Solid:
 
 
 def _dome(body: Body, profile: Profile, half: bool) -> cq.Solid:
-    """The section turned about the line along x at y = crest - dome radius, within the depth.
-
-    Half a turn gives what is above the axis, with the sides and the curved faces exact; the end
-    planes cut it off. What lies below the axis is a box, joined in the middle of the sides.
-    """
+    """The section turned about the line along x at y = crest - dome radius, within the depth. Half
+    a turn gives what is above the axis, with the sides and the curved faces exact; the end planes
+    cut it off. What lies below the axis is a box, joined in the middle of the sides."""
     dome, z_end = float(body.dome_radius_mm or 0.0), 0.5 * body.depth_mm
     axis = profile.crest - dome
     reach = profile.side_height - axis  # the least radius of revolution, at the sides

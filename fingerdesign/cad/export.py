@@ -28,10 +28,8 @@ BONE: Rgba = (0.93, 0.90, 0.80, 1.0)
 
 
 def write_step(solid: Solid, path: Path | str) -> Path:
-    """Write a STEP assembly of named parts ("body", "plate_0", ..., "core").
-
-    STEP stores the shapes, not that parts share faces.
-    """
+    """Write a STEP assembly of named parts ("body", "plate_0", ..., "core"). STEP stores the
+    shapes, not that parts share faces."""
     parts = [("body", solid.body, SILICONE_GREY)]
     parts += [(f"plate_{index}", plate, BRONZE) for index, plate in enumerate(solid.plates)]
     parts += [] if solid.core is None else [("core", solid.core, BONE)]
@@ -48,8 +46,7 @@ def write_assembly(name: str, parts: Iterable[tuple[str, cq.Solid, Rgba]], path:
 
 
 def check_whole_step(path: Path) -> None:
-    """GeometryError for a STEP file that was cut short: the kernel does not report a full
-    disk."""
+    """GeometryError for a STEP file that was cut short: the kernel does not report a full disk."""
     with path.open("rb") as stream:
         stream.seek(max(0, path.stat().st_size - 100))
         if not stream.read().rstrip().endswith(b"END-ISO-10303-21;"):

@@ -49,9 +49,7 @@ def finger_triangles(
 
 def write_finger_cad(design: Design, folder: Path | str) -> dict[str, Path]:
     """Build a finger and write its STEP and STL files as ``export.write_cad`` does, in a process.
-
-    Returns the paths by file name. Errors as of ``finger_triangles``.
-    """
+    Returns the paths by file name. Errors as of ``finger_triangles``."""
     target = Path(folder).resolve()
     with finger_cad_concurrently(design, target) as wait:
         return {name: target / name for name in wait()}

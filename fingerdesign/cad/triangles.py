@@ -51,10 +51,8 @@ class Patch:
 
 
 def largest_chord(patch: Patch) -> float:
-    """The greatest distance, mm, of the triangles' edges and middles to the face.
-
-    Each place's foot is looked for from its parameters on, by the kernel's Newton iteration.
-    """
+    """The greatest distance, mm, of the triangles' edges and middles to the face. Each place's foot
+    is looked for from its parameters on, by the kernel's Newton iteration."""
     adaptor = BRepAdaptor_Surface(patch.face)
     if adaptor.GetType() == GeomAbs_SurfaceType.GeomAbs_Plane:
         return 0.0

@@ -110,10 +110,8 @@ class Attempts:
         return self._last
 
     def at(self, approach: float, shear: float) -> Increment | None:
-        """The increment to a motion, None where it has no accepted answer.
-
-        Raises ZoneExhausted where the contact outgrows its candidates.
-        """
+        """The increment to a motion, None where it has no accepted answer. Raises ZoneExhausted
+        where the contact outgrows its candidates."""
         motion = replace(self.state.motion, approach=approach, shear=shear)
         try:  # one of many trials, which need not succeed
             found = solve_increment(

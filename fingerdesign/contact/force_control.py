@@ -154,10 +154,8 @@ class _Search:
 
     def _in_shares(self) -> Increment | None:
         """Newton by steps of the forces: each answer is the next one's guess, the history stays.
-
         Where friction is large the motion alone may have several answers, an open one among them;
-        this leads along the one that carries the forces.
-        """
+        this leads along the one that carries the forces."""
         goal = self.target
         force = self.problem.to_global(self.state.multiplier)
         total = self.problem.model.total_force(force)
@@ -233,9 +231,7 @@ class _Search:
 
     def _by_shear(self) -> Increment:
         """The shear by bisection, at each the approach that gives the normal force: slow, and safe.
-
-        At a constant normal force the tangential one grows with the shear until all slides.
-        """
+        At a constant normal force the tangential one grows with the shear until all slides."""
         reach = self.forces.normal / self.problem.model.symmetry_factor
         reach *= float(self.problem.self_compliance.max())
         start = self.state.motion.shear

@@ -79,10 +79,8 @@ class Workspace:
         self._last = before, after
 
     def predicted(self, state: ContactState, motion: Motion, friction: Friction) -> Array:
-        """Extrapolate the forces of the last increment along the motion; they are admissible.
-
-        Nodes that were not in contact stay without force.
-        """
+        """Extrapolate the forces of the last increment along the motion; they are admissible. Nodes
+        that were not in contact stay without force."""
         if self._last is None or self._last[1] is not state:
             return state.multiplier
         before = self._last[0]

@@ -34,10 +34,8 @@ from fingerdesign.contact.problem import ContactProblem
 
 @dataclass(frozen=True)
 class Rubber:
-    """shares g_i and times T_i (s) of the Prony series; step h of the moves, s.
-
-    Raises ValueError where the shares are not over 0 and below 1 together, or a time is not.
-    """
+    """shares g_i and times T_i (s) of the Prony series; step h of the moves, s. Raises ValueError
+    where the shares are not over 0 and below 1 together, or a time is not."""
 
     shares: tuple[float, ...]
     times: tuple[float, ...]

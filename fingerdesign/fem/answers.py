@@ -88,10 +88,8 @@ def has_fields(key: str) -> bool:
 
 
 def load_fields(key: str, modulus: float, forces: Array) -> Array | None:
-    """Make the nodal displacements (k, n dim) under contact forces (k, m dim) of stored ones.
-
-    None where the stored loads do not make up these.
-    """
+    """Make the nodal displacements (k, n dim) under contact forces (k, m dim) of stored ones. None
+    where the stored loads do not make up these."""
     found = _field_store().arrays(f"{key}.npz")
     if found is None:
         return None

@@ -151,10 +151,8 @@ class Condensation:
         return np.ascontiguousarray(self._phase(333, forward)[:, : self._size].T)
 
     def fields(self, rows: IntArray) -> Array:
-        """K^-1 R^T of a unit force on each of some rows (k,): half of a solve each.
-
-        One field a column (n + 1, k), unknown by unknown in memory; the last row is zero.
-        """
+        """K^-1 R^T of a unit force on each of some rows (k,): half of a solve each. One field a
+        column (n + 1, k), unknown by unknown in memory; the last row is zero."""
         found = np.zeros((self._size + 1, len(rows)))
         loads = np.zeros((min(_BLOCK, len(rows)), self._bordered.shape[0]))
         answers = np.zeros_like(loads)

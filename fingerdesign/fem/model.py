@@ -136,7 +136,6 @@ class ContactOf:
 
 def reduced_onto(design: Design, mesh: Mesh, of: ContactOf) -> ReducedModel:
     """The reduced model of a finger's mesh on the contact nodes of another mesh; both are swept.
-
     Answers are used again and stored."""
     trace, frames = on_another(of.trace, of.mesh, mesh), plate_frames(design)
     gages = gage_rows(mesh, frames, design.gages, design.gage_weights)

@@ -268,11 +268,9 @@ def _energy(sheet: SheetFacets, above: Array, below: Array, law: Array, weights:
 def _plane_ends(
     sheet: SheetFacets, modulus: float
 ) -> list[tuple[tuple[IntArray, IntArray], Array]]:
-    """Springs (dofs, dofs), stiffness that hold each end face's middle nodes between their pair.
-
-    As stiff as a strip of the plate. Each shares in the area as often as facets have its node, so
-    that on the mirror plane of a half model a spring is half of the whole's.
-    """
+    """Springs (dofs, dofs), stiffness that hold each end face's middle nodes between their pair. As
+    stiff as a strip of the plate. Each shares in the area as often as facets have its node, so that
+    on the mirror plane of a half model a spring is half of the whole's."""
     dimension = len(sheet.normal)
     uses = np.bincount(sheet.nodes.ravel(), minlength=len(sheet.own))[sheet.upper]
     shares = (uses / uses.sum())[sheet.pair].repeat(dimension)

@@ -82,10 +82,8 @@ def isotropic(product: Array, first: Array, shear: Array) -> Array:
 
 
 def sum_blocks(rows: IntArray, columns: IntArray, blocks: Array, nodes: int) -> sp.csr_matrix:
-    """Sum blocks (pairs, c, d d) at node pairs (pairs, c) into an upper-triangular CSR matrix.
-
-    Each pair of nodes occurs once, in either order; ``blocks`` is overwritten.
-    """
+    """Sum blocks (pairs, c, d d) at node pairs (pairs, c) into an upper-triangular CSR matrix. Each
+    pair of nodes occurs once, in either order; ``blocks`` is overwritten."""
     width = blocks.shape[-1]
     dimension = round(width**0.5)
     swapped = rows > columns

@@ -165,10 +165,8 @@ class Body:
 
 
 def assemble_system(body: Body) -> System:
-    """Assemble the system of a sound body; for P1 the fixed dofs of corners count.
-
-    Raises SolverError for a body that is fixed everywhere, ValueError for an inverted cell.
-    """
+    """Assemble the system of a sound body; for P1 the fixed dofs of corners count. Raises
+    SolverError for a body that is fixed everywhere, ValueError for an inverted cell."""
     mesh, element, fixed, thickness = body.mesh, body.element, body.fixed, body.thickness
     youngs_modulus, poissons_ratio, inside = body.youngs_modulus, body.poissons_ratio, body.pressed
     cells, spread = _element_nodes(mesh, element)
@@ -203,9 +201,7 @@ def assemble_system(body: Body) -> System:
 
 def _element_nodes(mesh: Mesh, element: str) -> tuple[IntArray, sp.csr_matrix | None]:
     """The element's nodes in each cell, and the values at the mesh's nodes (n, nodes) of its own.
-
-    None where both are the same.
-    """
+    None where both are the same."""
     if element != "P1":
         return mesh.cells, None
     corners, cells = np.unique(mesh.corners, return_inverse=True)

@@ -171,10 +171,8 @@ def _quadratic(stations: Array, at: Array) -> Array:
 
 
 def _halved(points: Array, squares: IntArray, areas: Array) -> tuple[IntArray, Array]:
-    """Squares (f, 4) cut into triangles (2 f, 3) of half their areas (f,).
-
-    The cuts of squares that mirror in the middle of their range of x, or in z = 0, mirror as well.
-    """
+    """Squares (f, 4) cut into triangles (2 f, 3) of half their areas (f,). The cuts of squares that
+    mirror in the middle of their range of x, or in z = 0, mirror as well."""
     middle = points[squares].mean(axis=1)
     first = points[squares[:, 0]] - middle
     centre = [0.5 * (points[:, 0].min() + points[:, 0].max()), 0.0, 0.0]

@@ -47,10 +47,8 @@ def sweepable(design: Design) -> bool:
 
 
 def not_layered(design: Design) -> str | None:
-    """The first obstacle to sweeping a finger through layers; None: there is none.
-
-    A straight body; plates along x, without holes, that end at any z; a core of any depth.
-    """
+    """The first obstacle to sweeping a finger through layers; None: there is none. A straight body;
+    plates along x, without holes, that end at any z; a core of any depth."""
     return not_sweepable(design) or overlaps(design)
 
 

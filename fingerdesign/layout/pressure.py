@@ -78,10 +78,8 @@ def greatest_approach_at(design: Design, rigid: SceneObject, pressure: float) ->
 
 
 def sound_pressure(design: Design) -> float:
-    """Mean pressure over the shear modulus up to which finite strain has an answer.
-
-    Of a slender body Euler's load with the share of shear (Engesser).
-    """
+    """Mean pressure over the shear modulus up to which finite strain has an answer. Of a slender
+    body Euler's load with the share of shear (Engesser)."""
     return min(_EDGES, 1.0 / (1.0 / _euler(design) + 1.0 / _SHEAR_SHARE))
 
 

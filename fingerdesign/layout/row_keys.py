@@ -59,10 +59,8 @@ def plate_rows(design: Design) -> tuple[PlateRow, ...]:
 
 
 def with_key(design: Design, key: str, value: object) -> Design | None:
-    """A copy of a design with one dotted key of [body] or [plates] set; None: refused by itself.
-
-    A revolved body's depth goes with its width.
-    """
+    """A copy of a design with one dotted key of [body] or [plates] set; None: refused by itself. A
+    revolved body's depth goes with its width."""
     table = key.partition(".")[0]
     old: Body | Plates = getattr(design, table)
     data = {table: old.model_dump(mode="json", exclude_none=True)}

@@ -101,9 +101,7 @@ def row_frames(body: Body, row: Plates, first: int) -> list[PlateFrame]:
 
 def holes_of(plates: Plates, middle: float, span: float) -> tuple[Hole, ...]:
     """A plate's perforation: holes on its middle line, ``hole_pitch_mm`` apart, none at the middle.
-
-    As many as leave a hole's diameter of metal to the span's ends.
-    """
+    As many as leave a hole's diameter of metal to the span's ends."""
     if plates.hole_diameter_mm is None:
         return ()
     diameter, pitch = plates.hole_diameter_mm, plates.hole_pitch_mm
@@ -163,9 +161,7 @@ def _point_at(
     body: Body, row: Plates, pace: float, middle: float
 ) -> tuple[float, float, float, float]:
     """Find the point ``pace`` mm along the surface from the crest: place, height, slope, curvature.
-
-    Exact on the crest's own arc or flat, by many chords beyond it and on a step body.
-    """
+    Exact on the crest's own arc or flat, by many chords beyond it and on a step body."""
     radius = body.kind.row_radius(body, row.along, middle)
     if radius is not None:
         if not np.isfinite(radius):

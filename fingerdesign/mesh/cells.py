@@ -95,10 +95,8 @@ def quadratic(
 
 
 def _ends(cells: IntArray, kind: CellKind) -> IntArray:
-    """Two corners between which each added node lies, (c, added, 2), the lower number first.
-
-    A square's centre lies between the corner of its least number and the one across.
-    """
+    """Two corners between which each added node lies, (c, added, 2), the lower number first. A
+    square's centre lies between the corner of its least number and the one across."""
     found = [cells[:, list(pair)] for pair in kind.edges]
     for square in kind.squares:
         corners = cells[:, list(square)]
@@ -109,10 +107,8 @@ def _ends(cells: IntArray, kind: CellKind) -> IntArray:
 
 
 def with_mid_nodes(cells: IntArray, corners: IntArray, name: str = "facets") -> IntArray:
-    """Add the mid-nodes of quadratic cells (c, nodes) to facets (f, corners) of theirs.
-
-    MeshError where an edge of a facet belongs to no cell.
-    """
+    """Add the mid-nodes of quadratic cells (c, nodes) to facets (f, corners) of theirs. MeshError
+    where an edge of a facet belongs to no cell."""
     kind, facet = kind_of(cells), FACETS[corners.shape[1]]
     if len(corners) == 0:
         return np.zeros((0, facet.nodes), dtype=np.int64)
@@ -189,10 +185,8 @@ _FIRST = np.array(
 
 
 def tetrahedra_of(prisms: IntArray) -> IntArray:
-    """Cut quadratic prisms (c, 18) into quadratic tetrahedra (3 c, 10) of the same nodes.
-
-    Each side is cut from its corner of the least number, so that neighbours agree.
-    """
+    """Cut quadratic prisms (c, 18) into quadratic tetrahedra (3 c, 10) of the same nodes. Each side
+    is cut from its corner of the least number, so that neighbours agree."""
     middle = np.zeros((6, 6), dtype=np.int64)
     for number, ends in enumerate(PRISM.edges, start=PRISM.corners):
         middle[ends, ends[::-1]] = number

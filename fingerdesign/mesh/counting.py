@@ -16,10 +16,8 @@ _MOST_CELLS = 25_000
 
 
 def expected_elements(field: SizeField, low: Array, high: Array) -> float:
-    """Number of tetrahedra of the field's size within the body between low and high (3,).
-
-    By the volume of a regular tetrahedron, h^3 / (6 sqrt 2), stretched.
-    """
+    """Number of tetrahedra of the field's size within the body between low and high (3,). By the
+    volume of a regular tetrahedron, h^3 / (6 sqrt 2), stretched."""
     sizes = field.sizes
     stretch = np.array([1.0, 1.0, sizes.stretch])
     extent = (high - low) / stretch

@@ -156,10 +156,8 @@ def _error(found: float, target: float) -> float:
 
 
 def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
-    """Greatest distance (mm) of the nodes of each named face, mid-nodes too, to the CAD face.
-
-    Next to the mesh's named facets, "plate_k" and "core": the surface of that region.
-    """
+    """Greatest distance (mm) of the nodes of each named face, mid-nodes too, to the CAD face. Next
+    to the mesh's named facets, "plate_k" and "core": the surface of that region."""
     solids = {frame.index + 1: plate_faces(frame) for frame in meshed_plates(mesh, design)}
     if design.body.core is not None:
         solids[design.core_region] = core_faces(design.body)

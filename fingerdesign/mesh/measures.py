@@ -136,11 +136,8 @@ def _values(place: Array) -> Array:
 
 
 def least_jacobian_ratios(points: Array, cells: IntArray) -> Array:
-    """Least Jacobian of quadratic cells over the straight one's, (c,).
-
-    Sampled at corners, edges' middles and centroid; 1 for straight edges, <= 0 folded; 0 for cells
-    that have no volume.
-    """
+    """Least Jacobian of quadratic cells over the straight one's, (c,). Sampled at corners, edges'
+    middles and centroid; 1 for straight edges, <= 0 folded; 0 for cells that have no volume."""
     kind = kind_of(cells)
     ratio = np.ones(len(cells))
     bent = curved_cells(points, cells)
@@ -230,10 +227,8 @@ def flat_areas(points: Array, corners: IntArray) -> Array:
 
 
 def curved_areas(points: Array, facets: IntArray) -> Array:
-    """Areas (f,) of quadratic triangles (f, 6) or squares (f, 9) in space.
-
-    By a six-point rule (degree 4), or Gauss's of three points each way.
-    """
+    """Areas (f,) of quadratic triangles (f, 6) or squares (f, 9) in space. By a six-point rule
+    (degree 4), or Gauss's of three points each way."""
     nodes = points[facets]
     if facet_kind(facets) is SQUARE:
         return _square_areas(nodes)

@@ -110,10 +110,8 @@ def _opening(frame: PlateFrame, points: Array, reach: float, beyond: float) -> A
 
 
 def room_around(frame: PlateFrame, frames: tuple[PlateFrame, ...], body: Body) -> float:
-    """Room of a plate around its mid-line, mm: to body and core, and half way to others.
-
-    Raises MeshError where that is too little for the faces to be moved apart.
-    """
+    """Room of a plate around its mid-line, mm: to body and core, and half way to others. Raises
+    MeshError where that is too little for the faces to be moved apart."""
     own = float(_to_faces(body, _mid_line(frame)).min())
     for other in frames:
         if other is not frame:

@@ -150,9 +150,7 @@ def distances_to_plate(
     frame: PlateFrame, points: Array, stretch: float = 1.0
 ) -> tuple[Array, Array]:
     """Distances (n,), mm, from points (n, 2) or (n, 3) to a plate's box and to its two end faces.
-
-    Distances across the section plane count 1 / ``stretch``.
-    """
+    Distances across the section plane count 1 / ``stretch``."""
     u, v = np.abs(frame.local(points)).T
     sideways = np.maximum(v - 0.5 * frame.thickness, 0.0)
     if points.shape[1] == 3:

@@ -43,10 +43,8 @@ class Border:
     inward_end: Array
 
     def beyond(self, points: Array) -> Array:
-        """Distance (n,) from points of the face's surface, (n, 3), to the face as it ends.
-
-        0 within the face.
-        """
+        """Distance (n,) from points of the face's surface, (n, 3), to the face as it ends. 0 within
+        the face."""
         if not len(self.start) or not len(points):
             return np.zeros(len(points))
         flat, t, place, away = self._near(points)

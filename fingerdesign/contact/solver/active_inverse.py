@@ -89,10 +89,8 @@ class ActiveInverse:
     def _with(
         self, compliance: Array, joins: IntArray, dim: int, scratch: Scratch
     ) -> ActiveInverse:
-        """Bordered, in a form that keeps it symmetric to the last digit.
-
-        Where it is not, each bordering multiplies its error by ten.
-        """
+        """Bordered, in a form that keeps it symmetric to the last digit. Where it is not, each
+        bordering multiplies its error by ten."""
         old, new = dofs_of(self.nodes, dim), dofs_of(joins, dim)
         new_rows = compliance[new]
         rows = new_rows[:, old]

@@ -57,10 +57,8 @@ class Task:
         )
 
     def warm(self) -> NewtonResult:
-        """Newton from the guess, its contact updated: mostly 3 to 6 steps.
-
-        Newton from the last forces takes 6 to 8 but hardly ever cycles.
-        """
+        """Newton from the guess, its contact updated: mostly 3 to 6 steps. Newton from the last
+        forces takes 6 to 8 but hardly ever cycles."""
         guess = self.guess
         if not np.array_equal(self.offset[:, 0], self.before[:, 0]) or not guess.any():
             guess = active_set_guess(self.compliance, self.offset, guess, self.friction)
@@ -68,10 +66,8 @@ class Task:
 
 
 def solve_task(task: Task) -> tuple[NewtonResult, str]:
-    """The first attempt that converges, and its name; iterations are those of all attempts.
-
-    Where none does, the iterate with the least residual and "none": the caller certifies.
-    """
+    """The first attempt that converges, and its name; iterations are those of all attempts. Where
+    none does, the iterate with the least residual and "none": the caller certifies."""
     if not len(task.offset):
         return NewtonResult(task.start, 0.0, 0, True), "no contact"
     best, spent = NewtonResult(task.start, np.inf, 0, False), 0
@@ -112,9 +108,7 @@ def _pivots(task: Task, friction: Coulomb, path: int, best: Array) -> NewtonResu
 
 def _by_coulomb(task: Task, best: Array) -> NewtonResult:
     """Newton from answers of Coulomb's law, with coefficients that the last answer's forces give.
-
-    The first are those of the mean force of the nodes in contact.
-    """
+    The first are those of the mean force of the nodes in contact."""
     force, spent = best, 0
     typical = np.mean(force[force[:, 0] > 0.0, 0]) if (force[:, 0] > 0.0).any() else 0.0
     pressed = np.where(force[:, 0] > 0.0, force[:, 0], typical)

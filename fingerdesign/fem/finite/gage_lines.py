@@ -70,10 +70,8 @@ class GageLines:
 def gage_lines(
     mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages, weights: tuple[float, float]
 ) -> GageLines:
-    """The lines of all plates' gages; weights: of strain along and across the plates.
-
-    Raises SolverError for plates that are modelled as sheets.
-    """
+    """The lines of all plates' gages; weights: of strain along and across the plates. Raises
+    SolverError for plates that are modelled as sheets."""
     if any(name.startswith("plate_") for name in mesh.facets):
         raise SolverError(
             'plates.model = "sheet": finite strain reads gages on solid plates; '

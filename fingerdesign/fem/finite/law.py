@@ -31,10 +31,8 @@ class Deformation:
 
 
 def deformation(displacement_gradient: Array) -> Deformation:
-    """Compute F, its inverse and ln J from du/dX (..., d, d), d 2 (plane strain) or 3.
-
-    Raises Inverted where J is not positive.
-    """
+    """Compute F, its inverse and ln J from du/dX (..., d, d), d 2 (plane strain) or 3. Raises
+    Inverted where J is not positive."""
     gradient = displacement_gradient + np.eye(displacement_gradient.shape[-1])
     volume = np.asarray(np.linalg.det(gradient), dtype=float)
     inverted = ~(volume > 0.0)

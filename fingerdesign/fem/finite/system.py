@@ -95,10 +95,8 @@ class FiniteSystem:
 
 
 def finite_system(body: Body) -> FiniteSystem:
-    """The system of a body of element "P2" or "mixed" without attached stiffness.
-
-    Raises SolverError for another body, ValueError where a cell is inverted at rest.
-    """
+    """The system of a body of element "P2" or "mixed" without attached stiffness. Raises
+    SolverError for another body, ValueError where a cell is inverted at rest."""
     if body.element == "P1":
         raise SolverError(
             'mesh.element = "P1": finite strain takes "P2" or "mixed"; linear elements lock'

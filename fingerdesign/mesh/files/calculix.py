@@ -59,9 +59,7 @@ def _short(value: float) -> str:
 
 def cell_faces(mesh: Mesh, facets: IntArray, name: str = "facets") -> tuple[IntArray, IntArray]:
     """The cell (f,) that each boundary facet belongs to, and the number of its face from 0, (f,).
-
-    MeshError where a facet is no face of a cell.
-    """
+    MeshError where a facet is no face of a cell."""
     local = FACES_OF[mesh.dimension]
     width = mesh.dimension
     every = np.sort(mesh.cells[:, local].reshape(-1, width), axis=1)

@@ -162,9 +162,7 @@ def _named_facets(found: NamedMesh, faces: BoundaryFacets, path: Path) -> dict[s
 
 def _fitted(mesh: Mesh, faces: BoundaryFacets, carriers: Carriers) -> Mesh:
     """Corners near to the design's faces moved onto them, mid-nodes straight or on curved faces.
-
-    Where that would turn a cell over, and of facets that lie farther off, all stays as it came.
-    """
+    Where that would turn a cell over, and of facets that lie farther off, all stays as it came."""
     edge = float(edge_lengths(mesh.points, faces.corners).mean())
     near = faces.misfit <= NEAR * edge
     near_faces = BoundaryFacets(**{key: values[near] for key, values in vars(faces).items()})

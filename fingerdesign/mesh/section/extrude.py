@@ -50,11 +50,8 @@ def layer_heights(half_depth: float, layers: int, growth: float) -> Array:
 
 
 def graded_heights(borders: Array, fine: Array, first: float, growth: float) -> Array:
-    """Layer borders that hold all of ``borders``, ascending; mm.
-
-    At the heights ``fine`` layers are ``first`` (mm) tall, and grow from there as those of
-    layer_heights do.
-    """
+    """Layer borders that hold all of ``borders``, ascending; mm. At the heights ``fine`` layers are
+    ``first`` (mm) tall, and grow from there as those of layer_heights do."""
     found = [np.array([borders[0]])]
     rate = max(growth, 1.0 / growth) - 1.0
     for low, high in pairwise(borders):

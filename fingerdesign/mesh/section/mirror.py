@@ -24,10 +24,8 @@ Drawn = tuple[float, ...]
 
 
 def drawn_as(frame: PlateFrame) -> Drawn:
-    """The part of a plate that the section shows: angle, place, height, length, thickness, bend.
-
-    A flat plate turned by half a turn is the same one.
-    """
+    """The part of a plate that the section shows: angle, place, height, length, thickness, bend. A
+    flat plate turned by half a turn is the same one."""
     turn = 180.0 if frame.bend_radius is None else 360.0
     angle = round((frame.angle_deg + 0.5 * turn) % turn - 0.5 * turn, _DIGITS) % turn
     values = (frame.place, frame.y, frame.length, frame.thickness, frame.bend_radius or 0.0)

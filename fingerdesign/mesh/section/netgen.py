@@ -58,9 +58,7 @@ def triangulated(outline: dict[str, Any], time_limit_s: float) -> tuple[Array, I
 
 def run_netgen(outline: dict[str, Any], time_limit_s: float) -> tuple[Array, IntArray, IntArray]:
     """Points (n, 2), triangles (t, 3) and domains (t,) of an outline (an ``Outline`` as a dict).
-
-    Raises MeshError where netgen fails, crashes or takes longer than ``time_limit_s``.
-    """
+    Raises MeshError where netgen fails, crashes or takes longer than ``time_limit_s``."""
     try:
         points, table = start_mesher().call(mesh_outline, outline, time_s=time_limit_s)
     except ProcessError as error:

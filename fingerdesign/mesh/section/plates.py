@@ -52,10 +52,8 @@ def _add_sheet(
     sizes: SectionMesh,
     body: Body,
 ) -> None:
-    """Add a plate as its mid-line inside the body.
-
-    Beyond each end goes a short line within which the square ends will open.
-    """
+    """Add a plate as its mid-line inside the body. Beyond each end goes a short line within which
+    the square ends will open."""
     beyond = line_beyond(frame, room_around(frame, frames, body), sizes.plate_end_size_mm)
     along = _stations(frame, gage_length)
     along = [along[0] - beyond, *along, along[-1] + beyond]
@@ -170,10 +168,8 @@ def section_outline(
     frames: tuple[PlateFrame, ...],
     inner: Inner | None = None,
 ) -> Outline:
-    """The outline to mesh: the body, its core, plates as boxes or as lines.
-
-    The plates' domains have the numbers of their order in ``frames``.
-    """
+    """The outline to mesh: the body, its core, plates as boxes or as lines. The plates' domains
+    have the numbers of their order in ``frames``."""
     body, gage_length = design.body, design.gages.length_mm
     ends = [(min(zone_half_width, 0.5 * body.width_mm), sizes.contact_size_mm)]
     if inner is not None and inner[0] < ends[0][0]:

@@ -92,9 +92,7 @@ def open_slots(
 
 def sides(points: Array, stars: Stars, cut: Cut, frame: PlateFrame) -> tuple[IntArray, IntArray]:
     """The tetrahedra around a cut that lie below it, and the apex (f,) above each of its facets.
-
-    MeshError where the cut does not part the tetrahedra around it in two.
-    """
+    MeshError where the cut does not part the tetrahedra around it in two."""
     around = np.unique(np.concatenate([stars.around(int(n)) for n in cut.nodes]))
     cells = stars.cells[around]
     facets, apex, owner = tetra_facets(cells)
@@ -129,11 +127,9 @@ def sides(points: Array, stars: Stars, cut: Cut, frame: PlateFrame) -> tuple[Int
 
 
 def _filled(points: Array, cut: Cut, lower: IntArray, up: IntArray) -> tuple[IntArray, IntArray]:
-    """Tetrahedra (t, 4) of what opens beyond the rim, and the facets (f, 3) of the square ends.
-
-    A flap (r, x, y) opens to the tetrahedron (r below, x, y, r above), a wing (a, b, c) to a
-    pyramid over the end's facets (a, b below, b, a above), which is two tetrahedra.
-    """
+    """Tetrahedra (t, 4) of what opens beyond the rim, and the facets (f, 3) of the square ends. A
+    flap (r, x, y) opens to the tetrahedron (r below, x, y, r above), a wing (a, b, c) to a pyramid
+    over the end's facets (a, b below, b, a above), which is two tetrahedra."""
     beyond = cut.facets[len(cut.sheet) :]
     apex = points[up[len(cut.sheet) :]]
     p, q, r = (points[beyond[:, k]] for k in range(3))

@@ -138,10 +138,8 @@ def _attempted(
 
 
 def envelope_mm(design: Design, frames: tuple[PlateFrame, ...], chord: float) -> float:
-    """fTetWild's envelope: a tenth of the thinnest part, at most the chord tolerance.
-
-    At a quarter of the thickness plates still survive; at 1.2 times they vanish without a word.
-    """
+    """fTetWild's envelope: a tenth of the thinnest part, at most the chord tolerance. At a quarter
+    of the thickness plates still survive; at 1.2 times they vanish without a word."""
     thin = [frame.thickness for frame in frames]
     if design.body.core is not None:
         thin.append(design.body.core.height_mm)
