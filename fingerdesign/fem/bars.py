@@ -30,14 +30,12 @@ def bar_stiffness(design: Design, mesh: Mesh, frames: Sequence[PlateFrame]) -> s
     in plane strain, where nothing strains along z and a gage is narrower than the section."""
     if mesh.dimension == 2 or design.plates.model == "none" or not frames:
         return None
-    rows, values = [], []
-    for row, stiffness in (*_leads(design, mesh, frames), *_gages(design, mesh, frames)):
-        rows.append(row)
-        values.append(stiffness)
-    if not rows:
+    bars = [*_leads(design, mesh, frames), *_gages(design, mesh, frames)]
+    if not bars:
         return None
+    rows, springs = zip(*bars, strict=True)
     every = sp.vstack(rows, format="csr")
-    weighted = sp.diags_array(np.concatenate(values)) @ every
+    weighted = sp.diags_array(np.concatenate(springs)) @ every
     total = sp.triu(every.T @ weighted, format="csr")
     total.sort_indices()
     return total

@@ -1,7 +1,7 @@
 """Design + mesh -> ReducedModel: the finger as one body, with its gages and readout points."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.body import Body as FingerBody
 from fingerdesign.design.gages import Gages
-from fingerdesign.design.schema import Design
+from fingerdesign.design.schema import Design, Part
 from fingerdesign.fem.bars import bar_stiffness
 from fingerdesign.fem.body import CondensedBody, condense_body
 from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows, strain_rows
@@ -89,13 +89,10 @@ def build_model(
     body = body_of(design, mesh, candidate_facets(mesh, zone_half_width, zone_half_depth))
     gages = gage_rows(mesh, frames, design.gages, design.gage_weights)
     points, signs = _readout_points(mesh, readout_points)
-    readouts = [
-        gages,
-        *[
-            sp.csr_matrix(sp.diags_array(sign) @ _point_rows(design, mesh, point))
-            for point, sign in zip(points, signs, strict=True)
-        ],
-    ]
+    readouts = [gages]
+    for point, sign in zip(points, signs, strict=True):
+        rows = _point_rows(design, mesh, point)
+        readouts.append(sp.csr_matrix(sp.diags_array(sign) @ rows))
     warms = design.grip.warming_K != 0.0
     if warms:
         readouts.append(sp.csr_matrix(thermal_loads(body, expansions_of(design, mesh)).T))
@@ -186,24 +183,21 @@ def element_of(design: Design) -> Literal["P1", "P2", "mixed"]:
 
 def materials_of(design: Design, mesh: Mesh) -> tuple[Array, Array]:
     """Young's modulus (MPa) and Poisson's ratio of each cell."""
-    body, plate = design.material_of("body"), design.material_of("plates")
-    young = np.full(len(mesh.regions), plate.youngs_modulus_MPa)
-    poisson = np.full(len(mesh.regions), plate.poissons_ratio)
-    parts = [(0, body)]
-    if design.body.core is not None:
-        parts.append((design.core_region, design.material_of("core")))
-    for region, material in parts:
-        young[mesh.regions == region] = material.youngs_modulus_MPa
-        poisson[mesh.regions == region] = material.poissons_ratio
-    return young, poisson
+    young = _by_part(design, mesh, lambda part: design.material_of(part).youngs_modulus_MPa)
+    return young, _by_part(design, mesh, lambda part: design.material_of(part).poissons_ratio)
 
 
 def expansions_of(design: Design, mesh: Mesh) -> Array:
     """Linear thermal expansion of each cell, 1/K; 0 where it is not known."""
-    found = np.full(len(mesh.regions), design.expansion_of("plates") or 0.0)
-    found[mesh.regions == 0] = design.expansion_of("body") or 0.0
+    return _by_part(design, mesh, lambda part: design.expansion_of(part) or 0.0)
+
+
+def _by_part(design: Design, mesh: Mesh, value: Callable[[Part], float]) -> Array:
+    """The value (c,) of the part that each cell belongs to."""
+    found = np.full(len(mesh.regions), value("plates"))
+    found[mesh.regions == 0] = value("body")
     if design.body.core is not None:
-        found[mesh.regions == design.core_region] = design.expansion_of("core") or 0.0
+        found[mesh.regions == design.core_region] = value("core")
     return found
 
 

@@ -20,8 +20,9 @@ docs/reference/benchmarks.md compares them with solid plates. Faces are read wor
 of both: gages end near the plate's square ends, where sections warp.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import scipy.sparse as sp
@@ -175,24 +176,17 @@ def sheet_stiffness(
     law = _in_space(youngs_modulus, poissons_ratio, mesh.dimension - 1) * thickness
     flat = law[:-1, :-1] - np.outer(law[:-1, -1], law[-1, :-1]) / law[-1, -1]  # no stress across
     shear = _SHEAR_FACTOR * youngs_modulus / (2.0 * (1.0 + poissons_ratio)) * thickness
-    rows, columns, values = [np.empty(0, int)], [np.empty(0, int)], [np.empty(0)]
+    entries = [(np.empty(0, int), np.empty(0, int), np.empty(0))]
     for frame in frames:
         sheet, t = sheet_of(mesh, frame), frame.thickness
         blocks = _membrane(sheet, law * t)
         blocks += _bending(sheet, flat * t**3 / 12.0)
         blocks += _shear(sheet, shear * t)
-        nodes = sheet.own[np.hstack([sheet.nodes, sheet.nodes_below])]
-        dimension, count = mesh.dimension, blocks.shape[1]
-        dofs = nodes[:, :, None] * dimension + np.arange(dimension)
-        dofs = dofs.reshape(len(nodes), count)
-        rows.append(np.repeat(dofs, count, axis=1).ravel())
-        columns.append(np.tile(dofs, (1, count)).ravel())
-        values.append(blocks.ravel())
-        for dof_pair, stiffness in _plane_ends(sheet, law[0, 0]):
-            rows.append(dof_pair[0])
-            columns.append(dof_pair[1])
-            values.append(stiffness)
-    row, column, value = np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+        nodes, count = np.hstack([sheet.nodes, sheet.nodes_below]), blocks.shape[1]
+        dofs = sheet.dofs.reshape(-1, mesh.dimension)[nodes].reshape(len(nodes), count)
+        pairs = np.repeat(dofs, count, axis=1).ravel(), np.tile(dofs, (1, count)).ravel()
+        entries += [(*pairs, blocks.ravel()), *_plane_ends(sheet, law[0, 0])]
+    row, column, value = (np.concatenate(each) for each in zip(*entries, strict=True))
     upper = row <= column
     size = mesh.points.size
     total = sp.csr_matrix((value[upper], (row[upper], column[upper])), shape=(size, size))
@@ -265,25 +259,16 @@ def _energy(sheet: SheetFacets, above: Array, below: Array, law: Array, weights:
     return np.asarray(left @ scaled.reshape(len(rows), size, -1))
 
 
-def _plane_ends(
-    sheet: SheetFacets, modulus: float
-) -> list[tuple[tuple[IntArray, IntArray], Array]]:
-    """Springs (dofs, dofs), stiffness that hold each end face's middle nodes between their pair. As
-    stiff as a strip of the plate. Each shares in the area as often as facets have its node, so that
-    on the mirror plane of a half model a spring is half of the whole's."""
+def _plane_ends(sheet: SheetFacets, modulus: float) -> Iterator[tuple[IntArray, IntArray, Array]]:
+    """Dofs, dofs and stiffness of springs that hold each end face's middle nodes between their
+    pair, as stiff as a strip of the plate. Each shares in the area as often as facets have its
+    node, so that on the mirror plane of a half model a spring is half of the whole's."""
     dimension = len(sheet.normal)
     uses = np.bincount(sheet.nodes.ravel(), minlength=len(sheet.own))[sheet.upper]
     shares = (uses / uses.sum())[sheet.pair].repeat(dimension)
     springs = modulus * float(sheet.measure.sum()) / sheet.thickness * shares
-    trio = np.stack([sheet.between, sheet.upper[sheet.pair], sheet.lower[sheet.pair]])
-    trio = sheet.own[trio]
-    factor = (1.0, -0.5, -0.5)
-    found = []
-    for i, a in enumerate(factor):
-        for j, b in enumerate(factor):
-            one, two = (
-                (nodes[:, None] * dimension + np.arange(dimension)).ravel()
-                for nodes in (trio[i], trio[j])
-            )
-            found.append(((one, two), springs * (a * b)))
-    return found
+    trio = sheet.between, sheet.upper[sheet.pair], sheet.lower[sheet.pair]
+    dofs = [sheet.dofs.reshape(-1, dimension)[nodes].ravel() for nodes in trio]
+    shared = list(zip(dofs, (1.0, -0.5, -0.5), strict=True))
+    for (one, a), (two, b) in product(shared, repeat=2):
+        yield one, two, springs * (a * b)

@@ -185,8 +185,12 @@ def assemble_system(body: Body) -> System:
     every = None
     if spread is not None:
         every = sp.kron(spread, sp.identity(mesh.dimension), format="csr")
-    if body.attached is not None:
-        whole = (whole + _attached(body.attached, every)).tocsr()
+    attached = body.attached
+    if attached is not None:
+        if every is not None:
+            full = attached + sp.triu(attached, k=1).T
+            attached = sp.triu(every.T @ full @ every, format="csr")
+        whole = (whole + attached).tocsr()
     system = held_system(whole, fixed, mesh.dimension)
     if every is not None:
         system = replace(system, lift=every @ system.lift, held=every @ system.held)
@@ -205,29 +209,16 @@ def _element_nodes(mesh: Mesh, element: str) -> tuple[IntArray, sp.csr_matrix | 
     if element != "P1":
         return mesh.cells, None
     corners, cells = np.unique(mesh.corners, return_inverse=True)
-    cells = cells.reshape(mesh.corners.shape)
-    count = len(corners)
-    kind = mesh.kind
-    row, column, value = [corners], [np.arange(count)], [np.ones(count)]
-    middles, first = np.unique(mesh.cells[:, kind.corners :], return_index=True)
-    cell, place = np.divmod(first, kind.nodes - kind.corners)
-    between = [*kind.edges, *kind.squares]
-    for number, ends in enumerate(between):
-        own = np.flatnonzero(place == number)
-        for end in ends:
-            row.append(middles[own])
-            column.append(cells[cell[own], end])
-            value.append(np.full(len(own), 1.0 / len(ends)))
-    entries = (np.concatenate(value), (np.concatenate(row), np.concatenate(column)))
-    return cells, sp.csr_matrix(entries, shape=(len(mesh.points), count))
-
-
-def _attached(upper: sp.csr_matrix, spread: sp.csr_matrix | None) -> sp.csr_matrix:
-    """An attached stiffness in the element's own dofs, upper triangle."""
-    if spread is None:
-        return upper
-    full = upper + sp.triu(upper, k=1).T
-    return sp.triu(spread.T @ full @ spread, format="csr")
+    cells, kind = cells.reshape(mesh.corners.shape), mesh.kind
+    # The corners whose mean a node has: a corner its own, others those of their edge or square.
+    ends = [*((corner,) for corner in range(kind.corners)), *kind.edges, *kind.squares]
+    row = [mesh.cells[:, [node] * len(own)].ravel() for node, own in enumerate(ends)]
+    column = np.concatenate([cells[:, own].ravel() for own in ends])
+    entries = (np.ones(len(column)), (np.concatenate(row), column))
+    spread = sp.csr_matrix(entries, shape=(len(mesh.points), len(corners)))
+    uses = np.diff(spread.indptr)
+    spread.data = 1.0 / np.repeat(uses, uses)
+    return cells, spread
 
 
 def held_system(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> System:
