@@ -128,8 +128,7 @@ class Attempts:
 
     def forces(self) -> Array:
         """(F_n, F_t) of the last increment, N, whole finger."""
-        force = self.problem.model.total_force(self.last.force)
-        return np.array([-force[1], force[0]])
+        return self.problem.resultant(self.last.force)
 
     def stiffness(self) -> Array:
         """d(F_n, F_t) / d(approach, shear) (2, 2) at the last increment, N/mm."""
@@ -157,14 +156,11 @@ def predicted_shear(
     workspace: Workspace | None = None,
 ) -> float:
     """Shear, mm, at which ``before``'s tangent carries ``tangential`` N at another approach."""
-    force = problem.model.total_force(before.force)
-    (_, _), (crossed, slope) = stiffness(problem, before, workspace)
-    motion = before.motion
-    missing = tangential - float(force[0]) - float(crossed) * (approach - motion.approach)
+    motion, (_, carried) = before.motion, problem.resultant(before.force).tolist()
+    crossed, slope = stiffness(problem, before, workspace)[1].tolist()
+    missing = tangential - carried - crossed * (approach - motion.approach)
     most = _GROWTH * float(problem.self_compliance.max()) * abs(missing)
-    if not float(slope) * most > abs(missing):
-        return motion.shear
-    return motion.shear + missing / float(slope)
+    return motion.shear + missing / slope if slope * most > abs(missing) else motion.shear
 
 
 def solve_shear(
@@ -190,7 +186,7 @@ def solve_shear(
     def evaluate(shear: float) -> ForceSlope | None:
         if trials.at(approach, shear) is None:
             return None
-        normal, carried = (float(force) for force in trials.forces())
+        normal, carried = trials.forces().tolist()
         if not normal > 0.0:
             raise OutOfReach(0.0)
         near = abs(tangential - carried) <= _TOLERANCE * max(normal, abs(tangential))
@@ -198,9 +194,9 @@ def solve_shear(
         return ForceSlope(carried, slope, normal, trials.limit())
 
     here = state.motion.shear
-    begin = here if start is None else start
+    start = here if start is None else start
     try:
-        rising_root(evaluate, tangential, begin, here, trials.softest, most)
+        rising_root(evaluate, tangential, start, here, trials.softest, most)
     except OutOfReach as reached:
         raise NoEquilibrium(
             f"no shear gives {tangential:g} N tangential at an approach of {approach:g} mm: "

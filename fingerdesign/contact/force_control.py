@@ -50,15 +50,11 @@ class Forces:
 
     def toward(self, target: Forces, share: float) -> Forces:
         """The forces ``share`` of the way to ``target``."""
-
-        def between(first: float, last: float) -> float:
-            return first + share * (last - first)
-
-        sideways = target.tangential
+        normal = self.normal + share * (target.normal - self.normal)
+        sideways, start = target.tangential, self.tangential or 0.0
         if sideways is not None:
-            sideways = between(self.tangential or 0.0, sideways)
-        held = self.held.toward(target.held, share)
-        return Forces(between(self.normal, target.normal), sideways, held)
+            sideways = start + share * (sideways - start)
+        return Forces(normal, sideways, self.held.toward(target.held, share))
 
     def __str__(self) -> str:
         sideways = "" if self.tangential is None else f", {self.tangential:g} N tangential"
@@ -120,26 +116,23 @@ def _beyond_friction(problem: ContactProblem, forces: Forces, carried: str) -> N
     )
 
 
+@dataclass
 class _Search:
     """A search for the motion; it starts again and again from one frozen state."""
 
-    def __init__(
-        self,
-        problem: ContactProblem,
-        state: ContactState,
-        forces: Forces,
-        workspace: Workspace,
-        try_slow_methods: bool,
-        tolerance: float,
-    ) -> None:
-        self.problem, self.state, self.forces = problem, state, forces
-        self.workspace, self.try_slow_methods = workspace, try_slow_methods
-        self.tolerance = tolerance
-        self.free = [0] if forces.tangential is None else [0, 1]
-        target = [forces.normal, forces.tangential or 0.0]
+    problem: ContactProblem
+    state: ContactState
+    forces: Forces
+    workspace: Workspace
+    try_slow_methods: bool
+    tolerance: float
+
+    def __post_init__(self) -> None:
+        self.free = [0] if self.forces.tangential is None else [0, 1]
+        target = [self.forces.normal, self.forces.tangential or 0.0]
         self.target = np.array(target)[self.free]
         self.exhausted: ZoneExhausted | None = None
-        self.guess = state  # carries forces and motion to start from; its history is the state's
+        self.guess = self.state  # forces and motion to start from; its history is the state's
         self.outside = 0  # trials of this Newton search
         self._last: Increment
 
@@ -157,9 +150,7 @@ class _Search:
         Where friction is large the motion alone may have several answers, an open one among them;
         this leads along the one that carries the forces."""
         goal = self.target
-        force = self.problem.to_global(self.state.multiplier)
-        total = self.problem.model.total_force(force)
-        start = np.array([-total[1], total[0]])
+        start = self.problem.resultant(self.problem.to_global(self.state.multiplier))
         found = None
         for part in range(1, _SHARES + 1):
             self.target = start + (goal - start) * (part / _SHARES)
@@ -269,15 +260,13 @@ class _Search:
         """Tangential force at ``shear`` under the target normal force; the increment is stored."""
         held = replace(self.forces.held, shear=shear)
         pressed = Forces(self.forces.normal, None, held)
-        ways = self.workspace, self.try_slow_methods, self.tolerance
-        search = _Search(self.problem, self.state, pressed, *ways)
         try:
-            self._last = search.run()
+            self._last = replace(self, forces=pressed).run()
         except ZoneExhausted:
             raise
         except SolverError:
             raise self._failure() from None  # it names the target forces, not the inner ones
-        return float(self.problem.model.total_force(self._last.force)[0])
+        return float(self.problem.resultant(self._last.force)[1])
 
     def _reached(self, force: float, which: int) -> bool:
         return abs(force - float(self.target[which])) <= self.tolerance * self.forces.normal
@@ -297,13 +286,8 @@ class _Search:
 
     def _solve(self, unknown: Array) -> Increment | None:
         try:
-            return solve_increment(
-                self.problem,
-                self.guess,
-                self._motion(unknown),
-                self.workspace,
-                self.try_slow_methods,
-            )
+            motion, slowly = self._motion(unknown), self.try_slow_methods
+            return solve_increment(self.problem, self.guess, motion, self.workspace, slowly)
         except ZoneExhausted as exhausted:
             self.exhausted = exhausted
             self.outside += 1
@@ -315,8 +299,7 @@ class _Search:
         return None
 
     def _resultant(self, increment: Increment) -> Array:
-        force = self.problem.model.total_force(increment.force)
-        return np.array([-force[1], force[0]])[self.free]
+        return np.asarray(self.problem.resultant(increment.force)[self.free])
 
     def _tangent(self, increment: Increment, turning_back: bool = False) -> Array:
         """d(F_n, F_t) / d(approach, shear) of the free ones, N/mm."""

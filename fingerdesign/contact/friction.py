@@ -41,24 +41,19 @@ class Coulomb:
     coefficient: float | Array
 
     def bound(self, normal: Array, share: float = 1.0) -> Array:
-        """See :class:`Friction`."""
         return np.asarray((self.coefficient * share) * normal)
 
     def slope(self, normal: Array) -> Array:
-        """See :class:`Friction`."""
         return np.broadcast_to(self.coefficient, np.shape(normal))
 
     def secant(self, normal: Array) -> Array | float:
-        """See :class:`Friction`."""
         return self.coefficient
 
     def at(self, nodes: IntArray | int) -> Coulomb:
-        """See :class:`Friction`."""
         own = self.coefficient
         return Coulomb(own[nodes]) if isinstance(own, np.ndarray) else self
 
     def scaled(self, share: float) -> Coulomb:
-        """See :class:`Friction`."""
         return Coulomb(share * self.coefficient)
 
 
@@ -70,27 +65,22 @@ class ByPressure:
     areas: Array = field(compare=False)
 
     def bound(self, normal: Array, share: float = 1.0) -> Array:
-        """See :class:`Friction`."""
         whole = self.law.bound(normal, self.areas)
         return whole if share == 1.0 else share * whole
 
     def slope(self, normal: Array) -> Array:
-        """See :class:`Friction`."""
         return self.law.slope(normal, self.areas)
 
     def secant(self, normal: Array) -> Array:
-        """See :class:`Friction`."""
         pressed = np.maximum(normal, 0.0)
         whole = self.bound(pressed)
         safe = np.where(pressed > 0.0, pressed, 1.0)
         return np.where(pressed > 0.0, whole / safe, self.law.steepest)
 
     def at(self, nodes: IntArray | int) -> ByPressure:
-        """See :class:`Friction`."""
         return ByPressure(self.law, self.areas[nodes])
 
     def scaled(self, share: float) -> Friction:
-        """See :class:`Friction`."""
         return ByPressure(self.law.scaled(share), self.areas) if share else Coulomb(0.0)
 
 

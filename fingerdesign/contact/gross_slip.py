@@ -57,8 +57,8 @@ def coefficient_under(problem: ContactProblem, tangential: float) -> float:
 
     def carried(approach: float) -> ForceSlope:
         found = sliding(problem, approach)
-        force = problem.model.total_force(found.force)
-        return ForceSlope(float(force[0]), float(stiffness(problem, found)[1, 0]), -float(force[1]))
+        normal, pulled = problem.resultant(found.force).tolist()
+        return ForceSlope(pulled, float(stiffness(problem, found)[1, 0]), normal)
 
     last = _reach(problem, carried, tangential)
     return last.value / last.scale

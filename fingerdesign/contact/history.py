@@ -51,7 +51,9 @@ class FrictionHistory:
         before, self.state, self.last = self.state, increment.state, increment
         if self._share == 1.0:
             return
-        slid = _slipped(self.problem, increment)
+        # Nodes that stay on their limit unmoved did not slide.
+        least = _STILL * self.problem.self_compliance * increment.multiplier[:, 0]
+        slid = (increment.status == SLIP) & (lengths(increment.slip_increment) > least)
         self.settled = not (slid & ~self._slid).any()
         if (slid == self._slid).all():
             return
@@ -105,13 +107,6 @@ def _displaced(problem: ContactProblem, lag: Array) -> ContactProblem:
     modes = problem.modes.copy()
     modes[4] = lag
     return replace(problem, modes=modes)
-
-
-def _slipped(problem: ContactProblem, increment: Increment) -> BoolArray:
-    """Nodes (m,) that slid in an increment; those that stay on their limit unmoved did not."""
-    length = lengths(increment.slip_increment)
-    least = _STILL * problem.self_compliance * increment.multiplier[:, 0]
-    return np.asarray((increment.status == SLIP) & (length > least))
 
 
 def _rescaled_state(state: ContactState, scale: Array) -> ContactState:

@@ -64,14 +64,10 @@ class Workspace:
 
     def tracker(self, problem: ContactProblem) -> Tracker:
         """Get the tracker of the increments on this compliance, at this friction."""
-        tracker, friction = self._tracker, problem.friction
-        if (
-            tracker is None
-            or tracker.compliance is not problem.compliance
-            or (tracker.friction != friction)
-        ):
-            tracker = tracker_of(problem.compliance, problem.self_compliance, friction)
-            self._tracker = tracker
+        compliance, friction, tracker = problem.compliance, problem.friction, self._tracker
+        known = tracker is not None and tracker.compliance is compliance
+        if tracker is None or not known or tracker.friction != friction:
+            tracker = self._tracker = tracker_of(compliance, problem.self_compliance, friction)
         return tracker
 
     def record(self, before: ContactState, after: ContactState) -> None:
@@ -174,9 +170,8 @@ def _answer(
             near = tracker.solve(offset, change, state.slip)
         else:
             guess = workspace.predicted(state, motion, friction)
-            near = tracker.start(
-                offset, active_set_guess(problem.compliance, offset, guess, friction)
-            )
+            guess = active_set_guess(problem.compliance, offset, guess, friction)
+            near = tracker.start(offset, guess)
         # A new working set has the inverse of its nodes: the next full solve starts from it.
         if tracker.base is not None and tracker.base is not base:
             workspace.inverse = tracker.base.active

@@ -49,7 +49,7 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     """All measures of one increment."""
     model = problem.model
     contact, stick = level_sets(problem, increment)
-    force = model.total_force(increment.force)
+    normal_force, tangential_force = problem.resultant(increment.force).tolist()
     factor = model.symmetry_factor
     # Plane strain: areas are lengths x depth already; in 3-D of the modelled half.
     fields = np.stack([contact, np.minimum(contact, stick)])
@@ -65,8 +65,8 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     opened, stuck, slipping = np.bincount(increment.status, minlength=3)
     force_z, twist_moment = _out_of_section(model, increment.force)
     return Measures(
-        normal_force=float(-force[1]) + 0.0,  # no minus zero
-        tangential_force=float(force[0]),
+        normal_force=normal_force + 0.0,  # no minus zero
+        tangential_force=tangential_force,
         contact_area=contact_area,
         stick_area=stick_area,
         contact_width=contact_width,

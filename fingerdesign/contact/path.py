@@ -117,6 +117,5 @@ def _pieces(
     """Targets of a row's increments; the last one is the row itself, to the last digit."""
     if isinstance(row, Motion):
         return [*(state.motion.toward(row, float(end)) for end in ends[:-1]), row]
-    force = problem.model.total_force(problem.to_global(state.multiplier))
-    now = Forces(-float(force[1]), float(force[0]), state.motion)
+    now = Forces(*problem.resultant(problem.to_global(state.multiplier)).tolist(), state.motion)
     return [*(now.toward(row, float(end)) for end in ends[:-1]), row]

@@ -115,8 +115,14 @@ class ContactProblem:
         limit = np.zeros(self.shape)
         limit[:, 0] = pressed
         limit[:, 1] = np.copysign(self.friction.bound(pressed), self.frames[:, 1, 0])
-        force = self.model.total_force(self.to_global(limit))
-        return -float(force[1]), float(force[0])
+        pressing, pulling = self.resultant(self.to_global(limit)).tolist()
+        return pressing, pulling
+
+    def resultant(self, force: Array) -> Array:
+        """(F_n, F_t), N, of the whole finger: what presses and what pulls toward +x, of nodal
+        forces (m, dim) N in x, y(, z)."""
+        total = self.model.total_force(force)
+        return np.array([-total[1], total[0]])
 
     @property
     def is_level(self) -> bool:

@@ -39,10 +39,8 @@ def force_response(
         return changes
     base = None if workspace is None else workspace.tracker(problem).base
     if base is None or (closed & ~base.inside).any():
-        index, inverse = (
-            np.flatnonzero(closed),
-            workspace.inverse if workspace is not None else None,
-        )
+        index = np.flatnonzero(closed)
+        inverse = None if workspace is None else workspace.inverse
         if inverse is None or not len(inverse.nodes):
             inverse = ActiveInverse.of(problem.compliance, index, dim)
         base = WorkingSet(inverse.moved_to(problem.compliance, index, dim), m)
@@ -72,5 +70,4 @@ def stiffness(
 ) -> Array:
     """d(F_n, F_t) / d(approach, shear) (2, 2) of the whole finger, N/mm; arguments as above."""
     changes = force_response(problem, increment, problem.modes[:2], workspace, turning_back)
-    columns = [problem.model.total_force(problem.to_global(change)) for change in changes]
-    return np.array([[-column[1], column[0]] for column in columns]).T
+    return np.array([problem.resultant(problem.to_global(change)) for change in changes]).T

@@ -73,7 +73,7 @@ def turn_radius(problem: ContactProblem, approach: float) -> float:
         start, workspace = ContactState.untouched(posed), Workspace()
         pressed = solve_increment(posed, start, Motion(approach, 0.0), workspace)
         sheared = solve_increment(posed, pressed.state, Motion(approach, shear), workspace)
-        return float(posed.model.total_force(sheared.force)[0])
+        return float(posed.resultant(sheared.force)[1])
 
     centred = pulled(rough)
     left = pulled(turning(rough, arm, centred)) / centred
@@ -106,5 +106,4 @@ def carried_turning(problem: ContactProblem, normal: Array) -> tuple[float, floa
     limit = np.zeros(problem.shape)
     limit[touching, 0] = forces
     limit[touching, 1:] = -(bounds / np.maximum(size, 1e-300))[:, None] * slip
-    force = problem.model.total_force(problem.to_global(limit))
-    return -float(force[1]), float(carried)
+    return float(problem.resultant(problem.to_global(limit))[0]), float(carried)

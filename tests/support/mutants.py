@@ -360,8 +360,8 @@ fingerdesign/control/controllers/regulator.py | tests/control
 
 slip ratio: the object's lean is left out
 fingerdesign/contact/problem.py | tests/contact
-- force = self.model.total_force(self.to_global(limit))
-+ force = self.model.total_force(limit)[::-1] * np.array([1.0, -1.0])
+- pressing, pulling = self.resultant(self.to_global(limit)).tolist()
++ pressing, pulling = self.model.total_force(limit)[:2].tolist()
 
 training: smooth objects weigh less
 fingerdesign/sensing/train/samples.py | tests/sensing/test_train.py -k smooth

@@ -148,22 +148,9 @@ class CompiledTracker(Tracker):
         library, follower = self._library, self._follower
         self._bind(self.base)
         out = np.empty((3, *offset.shape))
-        first = address(out)
-        came = library.follower_begin(
-            follower,
-            address(offset),
-            address(known.multiplier),
-            address(known.yielded),
-            address(known.status),
-            address(known.ahead),
-            known.largest,
-            start.turned,
-            start.trial,
-            start.share,
-            first,
-            first + out[0].nbytes,
-            first + 2 * out[0].nbytes,
-        )
+        given = offset, known.multiplier, known.yielded, known.status, known.ahead
+        how = known.largest, start.turned, start.trial, start.share
+        came = library.follower_begin(follower, *map(address, given), *how, *map(address, out))
         while came == _NEEDS_A_BASE:
             self._bind(self._bring_base(*self._required(), _AT_ONCE))
             came = library.follower_go(follower, True)
@@ -173,7 +160,7 @@ class CompiledTracker(Tracker):
         iterations = library.follower_iterations(follower)
         if library.follower_runs_short(follower):
             self._bring_base(*self._required(), widen=True)
-        return Answer(out[0], out[1], out[2], residual, iterations)
+        return Answer(*out, residual, iterations)
 
     def _required(self) -> tuple[BoolArray, Array]:
         """Nodes that the working set must hold, and all nodes' gaps (m,)."""
@@ -196,7 +183,6 @@ class CompiledTracker(Tracker):
         return super()._inverse_on(base, nodes, dim)
 
     def outcome(self, problem: ContactProblem, past: ContactState, found: Answer) -> Outcome:
-        judged = self._judged(problem)
         m, dim = found.motion.shape
         n = m * dim
         reals, codes = np.empty(5 + 3 * n + m), np.empty((2, m), dtype=np.int64)
@@ -204,7 +190,7 @@ class CompiledTracker(Tracker):
         given += [past.slip, past.travelled, past.sliding]
         whole = [np.ascontiguousarray(array, dtype=np.float64) for array in given]
         at_rim = self._library.account_for(
-            judged, *map(address, whole), address(reals), address(codes)
+            self._judged(problem), *map(address, whole), address(reals), address(codes)
         )
         *laws, largest = reals[:5].tolist()
         slip = reals[5 + 2 * n : 5 + 3 * n - m]
@@ -238,20 +224,17 @@ class CompiledTracker(Tracker):
     def _bind(self, base: WorkingSet | None) -> None:
         if base is not self._bound:
             self._bound = base
-            if base is None:
-                self._library.follower_base(self._follower, 0, None, None)
-            else:
-                self._library.follower_base(
-                    self._follower, len(base.nodes), address(base.nodes), address(base.inverse)
-                )
+            given = (0, None, None)
+            if base is not None:
+                given = len(base.nodes), address(base.nodes), address(base.inverse)
+            self._library.follower_base(self._follower, *given)
 
 
 def address(array: NDArray[Any]) -> int:
     """Address of a contiguous array's first element."""
     try:
-        return ctypes.addressof(
-            ctypes.c_char.from_buffer(array.data)
-        )  # a third of the other's time
+        # A third of the other's time.
+        return ctypes.addressof(ctypes.c_char.from_buffer(array.data))
     except (TypeError, ValueError):  # read-only, or empty
         return int(array.ctypes.data)
 

@@ -82,9 +82,13 @@ class System:
         self._trial_per_motion = np.repeat(-self.rho, self.dim)
 
     def is_factored(self, point: Point, residual: float, last: float) -> bool:
-        """True if the factors at hand suit the point's statuses and still converge fast enough."""
+        """True if the factors at hand suit the point's statuses, and further steps at the rate of
+        the last one are cheaper than new factors."""
         factors = self.factors
-        return not (factors is None or factors.worn(residual, last) or factors.other(point))
+        if factors is None or (factors.status != point.status).any():
+            return False
+        few = _FEW + (len(factors.free) / 200.0) ** 2
+        return not residual * (residual / last) ** few > TOLERANCE
 
     def factorise(self, point: Point) -> None:
         """Factor the derivative at a point; no factors where it is singular."""
@@ -161,15 +165,13 @@ class Factors:
         """K (s, dim - 1, dim), D (s, dim - 1): rows change by K df, the last by D dv besides."""
         system, direction = self.system, point.direction
         weights = np.zeros((*direction.shape, system.dim))
-        normal, friction = (
-            point.force.take(point.sliding, 0)[:, 0],
-            system.friction.at(point.sliding),
-        )
+        force, friction = point.force.take(point.sliding, 0).T, system.friction.at(point.sliding)
+        normal = force[0]
         weights[:, 0, 0] = -friction.slope(normal)
         weights[:, 0, 1:] = direction
         if system.dim == 2:
             return weights, direction
-        _, first, second = point.force.take(point.sliding, 0).T
+        _, first, second = force
         one, two = direction.T
         bound = friction.bound(np.maximum(normal, 0.0))
         along = one * first + two * second
@@ -179,15 +181,6 @@ class Factors:
         across = direction[:, ::-1] * _TURNED
         weights[:, 1, 1:] = (1.0 - ratio) * across
         return weights, (system.rho.take(point.sliding)[:, None] * ratio) * across
-
-    def other(self, point: Point) -> bool:
-        """True if the point's statuses differ from those of the factors."""
-        return bool((self.status != point.status).any())
-
-    def worn(self, residual: float, last: float) -> bool:
-        """True if new factors are cheaper than further steps at the rate of the last one."""
-        few = _FEW + (len(self.free) / 200.0) ** 2
-        return bool(residual * (residual / last) ** few > TOLERANCE)
 
     def moved(self, force: Array) -> Array:
         """Motions (c dim,) caused by a change of the forces (c dim,); fixed ones stay."""
