@@ -109,7 +109,12 @@ def _bent(frame: PlateFrame) -> cq.Solid:
 @lru_cache(maxsize=32)
 def _drilled(frame: PlateFrame) -> cq.Solid:
     """A bent plate about the origin with its holes: drilled once for all plates of a row."""
-    drills = [_drill(frame, hole.s, hole.w, hole.radius) for hole in frame.holes]
+    drills = []
+    for hole in frame.holes:  # cylinders along the normal, well beyond the plate's faces
+        reach = frame.thickness + hole.radius
+        start, end = (_place(frame, hole.s, v, hole.w) for v in (-reach, reach))
+        way, place = cq.Vector(*((end - start) / (2.0 * reach))), cq.Vector(*start)
+        drills.append(cq.Solid.makeCylinder(hole.radius, 2.0 * reach, place, way))
     return one_solid(_bent(frame).cut(*drills), "a bent plate with its holes")
 
 
@@ -122,14 +127,6 @@ def _moved_there(frame: PlateFrame) -> cq.Solid:
     first, second = (frame.direction(np.eye(2)[k]) for k in (0, 1))
     turned = plate.rotate(cq.Vector(0, 0, 0), cq.Vector(*np.cross(first, second)), frame.angle_deg)
     return turned.translate(cq.Vector(*frame.to_space(frame.centre, frame.middle)[0]))
-
-
-def _drill(frame: PlateFrame, s: float, w: float, radius: float) -> cq.Solid:
-    """A cylinder along the normal at (s, w), well beyond the plate's faces."""
-    reach = frame.thickness + radius
-    start, end = (_place(frame, s, v, w) for v in (-reach, reach))
-    way = (end - start) / (2.0 * reach)
-    return cq.Solid.makeCylinder(radius, 2.0 * reach, cq.Vector(*start), cq.Vector(*way))
 
 
 def _place(frame: PlateFrame, s: float, v: float, w: float) -> Array:
@@ -184,9 +181,8 @@ def _pieces(profile: Profile) -> list[Piece]:
 def _edge(piece: Piece, z: float, mirrored: bool = False, whole: bool = False) -> cq.Edge:
     """A piece from its end to its start; mirrored in x = 0, from start to end; or both in one."""
     sign = -1.0 if mirrored else 1.0
-    start, end = (np.array([sign * x, y, z]) for x, y in (piece.end, piece.start))
-    if mirrored:
-        start, end = end, start
+    ends = (piece.start, piece.end) if mirrored else (piece.end, piece.start)
+    start, end = (np.array([sign * x, y, z]) for x, y in ends)
     if whole:
         end = start * [-1.0, 1.0, 1.0]
     if not piece.radius:

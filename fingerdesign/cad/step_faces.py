@@ -5,7 +5,7 @@ surface, compared with the kernel's own. Importing this module loads the CAD ker
 """
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -19,14 +19,8 @@ from OCP.BRepGProp import BRepGProp, BRepGProp_Face
 from OCP.BRepTools import BRepTools
 from OCP.GCPnts import GCPnts_AbscissaPoint
 from OCP.Geom import Geom_BSplineSurface, Geom_RectangularTrimmedSurface
-from OCP.GeomAbs import (
-    GeomAbs_C2,
-    GeomAbs_Cone,
-    GeomAbs_Cylinder,
-    GeomAbs_Line,
-    GeomAbs_Plane,
-    GeomAbs_Sphere,
-)
+from OCP.GeomAbs import GeomAbs_C2, GeomAbs_Line
+from OCP.GeomAbs import GeomAbs_SurfaceType as Kind
 from OCP.GeomAdaptor import GeomAdaptor_Surface
 from OCP.GeomConvert import GeomConvert, GeomConvert_ApproxSurface
 from OCP.gp import gp_Pnt, gp_Vec
@@ -132,10 +126,9 @@ def middle(face: Any) -> Array:
     """The point of a face nearest to its centroid, (3,)."""
     found = GProp_GProps()
     BRepGProp.SurfaceProperties_s(face, found)
-    apart = BRepExtrema_DistShapeShape(
-        BRepBuilderAPI_MakeVertex(found.CentreOfMass()).Vertex(), face
-    )
-    return triple(apart.PointOnShape2(1) if apart.NbSolution() else found.CentreOfMass())
+    centroid = found.CentreOfMass()
+    apart = BRepExtrema_DistShapeShape(BRepBuilderAPI_MakeVertex(centroid).Vertex(), face)
+    return triple(apart.PointOnShape2(1) if apart.NbSolution() else centroid)
 
 
 def _neighbours(faces: Sequence[Any]) -> Iterator[tuple[Any, int, int]]:
@@ -214,15 +207,15 @@ def shape_of(surface: Any, bounds: tuple[float, float, float, float], name: str)
     """The surface under a face, whose part within ``bounds`` (u0, u1, v0, v1) is needed."""
     seen = GeomAdaptor_Surface(surface)
     kind = seen.GetType()
-    if kind == GeomAbs_Plane:
+    if kind == Kind.GeomAbs_Plane:
         direction = triple(seen.Plane().Axis().Direction())
         return Plane(direction, float(direction @ triple(seen.Plane().Location())))
-    if kind == GeomAbs_Sphere:
+    if kind == Kind.GeomAbs_Sphere:
         return Sphere(triple(seen.Sphere().Location()), seen.Sphere().Radius())
-    if kind == GeomAbs_Cylinder:
+    if kind == Kind.GeomAbs_Cylinder:
         form = seen.Cylinder()
         return Cone(triple(form.Location()), triple(form.Axis().Direction()), form.Radius())
-    if kind == GeomAbs_Cone:
+    if kind == Kind.GeomAbs_Cone:
         form = seen.Cone()
         slope = float(np.tan(form.SemiAngle()))
         axis = triple(form.Axis().Direction())
@@ -276,13 +269,9 @@ def _as_arrays(made: Any, bounds: tuple[float, float, float, float]) -> Nurbs:
     if made.IsUPeriodic() or made.IsVPeriodic():
         made = made.Copy()
         made.Segment(*bounds)  # SetUNotPeriodic left knots that do not fit the poles
-    rows, columns = made.NbUPoles(), made.NbVPoles()
-    poles = np.array(
-        [[triple(made.Pole(i + 1, j + 1)) for j in range(columns)] for i in range(rows)]
-    )
-    weights = np.array(
-        [[made.Weight(i + 1, j + 1) for j in range(columns)] for i in range(rows)], dtype=float
-    )
+    rows, columns = range(1, made.NbUPoles() + 1), range(1, made.NbVPoles() + 1)
+    poles = np.array([[triple(made.Pole(i, j)) for j in columns] for i in rows])
+    weights = np.array([[made.Weight(i, j) for j in columns] for i in rows], dtype=float)
     knots = []
     for count, knot, times in (
         (made.NbUKnots(), made.UKnot, made.UMultiplicity),
@@ -306,11 +295,6 @@ def _misfit(found: Nurbs, surface: Any, bounds: tuple[float, float, float, float
     """Greatest distance of points of a surface from the NURBS made of it, mm."""
     u0, u1, v0, v1 = bounds
     share = np.linspace(0.01, 0.99, 12)
-    places = np.array(
-        [
-            triple(surface.Value(u0 + s * (u1 - u0), v0 + t * (v1 - v0)))
-            for s in share
-            for t in share
-        ]
-    )
+    by_u, by_v = u0 + share * (u1 - u0), v0 + share * (v1 - v0)
+    places = np.array([triple(surface.Value(u, v)) for u, v in product(by_u, by_v)])
     return float(np.linalg.norm(places - found.foot(places)[1], axis=1).max())

@@ -122,16 +122,11 @@ def read_body(
     faces = [TopoDS.Face_s(face) for face in parts(solid, TopAbs_FACE)]
     found = [describe(face, name) for face in faces]
     middles = np.array([middle(face) for face in faces])
-    normals = np.array(
-        [each.normal(where[None])[0] for each, where in zip(found, middles, strict=True)]
-    )
-    base, contact = picks(found, middles, normals, rules)
-    names = named(found, base, contact, low, high)
-    joined = groups(faces, found)
-    found = [
-        replace(face, name=own, group=group)
-        for face, own, group in zip(found, names, joined, strict=True)
-    ]
+    where = zip(found, middles[:, None], strict=True)
+    normals = np.array([face.normal(place)[0] for face, place in where])
+    names = named(found, *picks(found, middles, normals, rules), low, high)
+    own = zip(found, names, groups(faces, found), strict=True)
+    found = [replace(face, name=word, group=group) for face, word, group in own]
     check_body(found, low, high, name)
     if rules["mirrors_in_z"]:
         check_mirror(found, name)

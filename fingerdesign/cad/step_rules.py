@@ -92,11 +92,8 @@ def _base(faces: Sequence[CadFace], rules: Mapping[str, Any]) -> list[int]:
     near = np.cos(np.radians(BASE_DEG))
     along = [k for k in flat if float(_outward(faces[k]) @ direction) >= near]
     if not along:
-        reported = _reported(
-            [faces[k] for k in flat],
-            np.array([_outward(faces[k]) for k in flat]).reshape(-1, 3),
-            None,
-        )
+        outward = np.array([_outward(faces[k]) for k in flat]).reshape(-1, 3)
+        reported = _reported([faces[k] for k in flat], outward, None)
         raise refused(
             "base_direction",
             list(rules["base_direction"]),

@@ -219,9 +219,8 @@ class Cad(BodyKind):
         """Fitted to the heights near the crest; 0 where it is flat or hollow."""
         across, along = (0.05 * extent * _ACROSS for extent in (body.width_mm, body.depth_mm))
         level = np.zeros_like(across)
-        return _bent(across, self.height(body, across, level)), _bent(
-            along, self.height(body, level, along)
-        )
+        heights = self.height(body, across, level), self.height(body, level, along)
+        return _bent(across, heights[0]), _bent(along, heights[1])
 
     def lowest(self, body: Body) -> float:
         return self._facts(body).lowest

@@ -70,15 +70,10 @@ def _to_piece(piece: Piece, plane: Array) -> Array:
 
 def _dense(frame: PlateFrame) -> Array:
     """Points all over a plate's upper and lower face, (n, 3)."""
-    s, w = np.meshgrid(
-        np.linspace(-0.5, 0.5, _SAMPLES) * frame.length,
-        np.linspace(frame.low, frame.high, _SAMPLES),
-    )
-    faces = [
-        frame.to_space(frame.from_local(s.ravel(), side * 0.5 * frame.thickness), w.ravel())
-        for side in (-1.0, 1.0)
-    ]
-    return np.vstack(faces)
+    along, across = np.linspace(-0.5, 0.5, _SAMPLES), np.linspace(frame.low, frame.high, _SAMPLES)
+    s, w = (axis.ravel() for axis in np.meshgrid(along * frame.length, across))
+    faces = (frame.from_local(s, side * frame.thickness) for side in (-0.5, 0.5))
+    return np.vstack([frame.to_space(face, w) for face in faces])
 
 
 def wall_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:

@@ -60,6 +60,7 @@ def gage_fit(design: Design) -> GageFit | None:
     kinds = {each.kind for each in target}
     nearest = min(target, key=lambda each: _growth(design, each, room), default=None)
     length, width = _needed(design, nearest) if nearest is not None else (0.0, 0.0)
+    alike = sorted(fitting, key=lambda each: (each.kind not in kinds, sum(_apart(design, each))))
     return GageFit(
         min(found, key=lambda each: sum(_apart(design, each)), default=None),
         nearest,
@@ -68,9 +69,7 @@ def gage_fit(design: Design) -> GageFit | None:
         tuple(each.name for each in fitting if each.to_measure),
         tuple(
             each.name
-            for each in sorted(
-                fitting, key=lambda each: (each.kind not in kinds, sum(_apart(design, each)))
-            )
+            for each in alike
             if each.kind in (*_kinds(design), "film")
             or (each.kind == "bar" and _stiffness(design, each) <= _STIFFEST)
         ),

@@ -73,13 +73,8 @@ def _solid(frame: PlateFrame, outline: Array) -> Manifold:
 def _triangles(count: int, mirrored: bool) -> NDArray[np.uint64]:
     """Triangles of a prism over a strip of ``count`` corners, outward; of its mirror image."""
     k, here = np.arange(count // 2 - 1), np.arange(count)
-    cap = np.vstack(
-        [
-            np.column_stack([k, k + 1, count - 2 - k]),
-            np.column_stack([k, count - 2 - k, count - 1 - k]),
-        ]
-    )
-    then = np.roll(here, -1)
+    back, then = count - 2 - k, np.roll(here, -1)
+    cap = np.vstack([np.column_stack([k, k + 1, back]), np.column_stack([k, back, back + 1])])
     sides = [np.column_stack([here, then, then + count])]
     sides.append(np.column_stack([here, then + count, here + count]))
     every = np.vstack([cap[:, ::-1], cap + count, *sides])
@@ -130,11 +125,8 @@ def core_gaps(core: Core, depth: float, frames: tuple[PlateFrame, ...]) -> Array
 
     ``depth``: the core's extent along z, mm.
     """
-    box = core_solid(core, depth)
-    solids = solids_of(frames)
-    return np.array(
-        [np.nan if solid.is_empty() else solid.min_gap(box, FAR_MM) for solid in solids]
-    )
+    box, plates = core_solid(core, depth), solids_of(frames)
+    return np.array([np.nan if each.is_empty() else each.min_gap(box, FAR_MM) for each in plates])
 
 
 def below_middle(vertices: Array, triangles: IntArray) -> tuple[Array, IntArray]:

@@ -42,19 +42,14 @@ def leads_as_cast(design: Design, type_: GageType | None) -> Leads:
     if gages.leads is not None:
         return gages.leads
     if mold.leads == "leg":
-        own = type_ is not None and type_.to_measure and type_.thickness_mm > 0.0
-        thick, modulus = (
-            (FLEX_MM, COPPER_MPA)
-            if type_ is None or not own
-            else (type_.thickness_mm, type_.modulus_MPa)
-        )
+        thick, modulus = FLEX_MM, COPPER_MPA
+        if type_ is not None and type_.to_measure and type_.thickness_mm > 0.0:
+            thick, modulus = type_.thickness_mm, type_.modulus_MPa
         return Leads(kind="traces", course="leg", thickness_mm=thick, modulus_MPa=modulus)
     wide = (mold.wire_mm or 0.3) / bundle(gages.lead_count) / ENAMEL
     bar = type_ is not None and type_.kind == "bar"
-    return Leads(
-        diameter_mm=round(min(wide, 0.05) if bar else wide, 4),
-        modulus_MPa=GOLD_MPA if bar else COPPER_MPA,
-    )
+    wide, modulus = (min(wide, 0.05), GOLD_MPA) if bar else (wide, COPPER_MPA)
+    return Leads(diameter_mm=round(wide, 4), modulus_MPa=modulus)
 
 
 def lead_words(design: Design, leads: Leads) -> str:

@@ -10,7 +10,7 @@ import math
 from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.bodies import crest_height
-from fingerdesign.layout.zone import approach_for, contact_reach, flat_half_extents
+from fingerdesign.layout.zone import approach_for, contact_reach, curvatures, flat_half_extents
 
 _FACE = 2.0  # A free face under dead pressure, in shear moduli.
 # A strut with a flat top failed at 0.98 and 0.99 of Euler's load, and the forecast is up to 7 %
@@ -38,7 +38,7 @@ def mean_pressure(design: Design, rigid: SceneObject, approach: float) -> float:
         return 0.0
     nu, height = design.material_of("body").poissons_ratio, float(crest_height(design.body))
     half = _half_extents(design, rigid, approach)
-    curved = _curvatures(design, rigid)
+    curved = curvatures(design, rigid)
     free = 2.0 / (1.0 - nu)
     if min(curved) > 0.0:
         root = math.sqrt(half[0] * half[1])
@@ -105,11 +105,5 @@ def _wedge(design: Design, rigid: SceneObject) -> bool:
 def _half_extents(design: Design, rigid: SceneObject, approach: float) -> tuple[float, float]:
     """Half-extents of the contact, mm: as forecast, but no wider than where both overlap."""
     reach, most = contact_reach(design, rigid, approach), flat_half_extents(design.body)
-    overlap = [math.sqrt(2.0 * approach / c) if c else math.inf for c in _curvatures(design, rigid)]
+    overlap = [math.sqrt(2.0 * approach / c) if c else math.inf for c in curvatures(design, rigid)]
     return min(reach[0], most[0], overlap[0]), min(reach[1], most[1], overlap[1])
-
-
-def _curvatures(design: Design, rigid: SceneObject) -> tuple[float, float]:
-    """Curvatures of body and object together, across and along, 1/mm."""
-    own, other = design.body.kind.curvatures(design.body), rigid.curvature()
-    return own[0] + float(other[0, 0]), own[1] + float(other[1, 1])

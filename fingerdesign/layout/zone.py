@@ -108,19 +108,18 @@ def candidate_zone(
 
 def contact_reach(design: Design, rigid: SceneObject, approach: float) -> tuple[float, float]:
     """Forecast half-extents of the contact along x and z, mm; infinite where z has no end to it."""
-    across, along = _object_curvatures(rigid)
-    own = design.body.kind.curvatures(design.body)
+    matrix, own = rigid.curvature(), design.body.kind.curvatures(design.body)
     tilted = rigid.flat and bool(rigid.tilt_deg)
     if own == (0.0, 0.0) and tilted:
         # As far as a tilted plane reaches over a flat top from the edge that it touched first.
         level = abs(math.cos(math.radians(rigid.turn_deg)))
         slope = math.tan(math.radians(abs(rigid.tilt_deg))) * level
         return (max(approach, 0.0) / slope if slope > 1e-9 else math.inf), math.inf
-    if own[1] + along == 0.0:
-        return contact_half_width(design, approach, across), math.inf
+    if own[1] + matrix[1, 1] == 0.0:
+        return contact_half_width(design, approach, float(matrix[0, 0])), math.inf
     if rigid.flat and not tilted:
         return (contact_half_width(design, approach),) * 2
-    wide, deep = _overlap_reaches(np.diag(own) + rigid.curvature(), approach)
+    wide, deep = _overlap_reaches(np.diag(own) + matrix, approach)
     return wide, math.inf if tilted else deep
 
 
@@ -140,9 +139,7 @@ def approach_for(
     """
     material, body = design.material_of("body"), design.body
     modulus = material.youngs_modulus_MPa / (1.0 - material.poissons_ratio**2)
-    across, along = _object_curvatures(rigid)
-    own = body.kind.curvatures(body)
-    across, along = across + own[0], along + own[1]
+    across, along = curvatures(design, rigid)
     height = float(crest_height(body))
     wide, deep = flat_half_extents(body)
     length = 2.0 * deep
@@ -179,9 +176,10 @@ def _within(design: Design, half_width: float, half_depth: float) -> Zone:
     return Zone(min(half_width, 0.5 * design.body.width_mm), limited)
 
 
-def _object_curvatures(rigid: SceneObject) -> tuple[float, float]:
-    matrix = rigid.curvature()
-    return float(matrix[0, 0]), float(matrix[1, 1])
+def curvatures(design: Design, rigid: SceneObject) -> tuple[float, float]:
+    """Curvatures of body and object together, along x and along z, 1/mm."""
+    own, other = design.body.kind.curvatures(design.body), rigid.curvature()
+    return own[0] + float(other[0, 0]), own[1] + float(other[1, 1])
 
 
 def _overlap_reaches(matrix: Array, approach: float) -> tuple[float, float]:

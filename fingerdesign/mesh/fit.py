@@ -140,9 +140,7 @@ def volumes_by_region(mesh: Mesh, design: Design) -> VolumeFit:
         }
     whole = sum(target.values())
     strange = [n for n in range(1, count) if present[n] and n not in target]
-    plates = [
-        values["error"] for name, values in regions.items() if name not in ("elastomer", "core")
-    ]
+    plates = [row["error"] for name, row in regions.items() if name not in ("elastomer", "core")]
     return VolumeFit(
         regions,
         _error(float(curved.sum()), whole),
@@ -178,7 +176,6 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
 
 
 def _greatest(mesh: Mesh, nodes: IntArray, faces: list[Carrier]) -> float:
-    points = np.zeros((len(nodes), 3))
-    points[:, : mesh.dimension] = mesh.points[nodes]
+    points = mesh.in_space[nodes]
     away = np.min([np.abs(face.misfit(points)) for face in faces], axis=0)
     return float(away.max(initial=0.0))

@@ -33,11 +33,7 @@ _SATURATED = 40.0  # degrees: what is better looks the same
 
 def placed(mesh: Mesh) -> Array:
     """Nodes (n, 3) as they are drawn: of a half model its mirror image z <= 0, the cut in front."""
-    points = np.zeros((len(mesh.points), 3))
-    points[:, : mesh.dimension] = mesh.points
-    if mesh.symmetric:
-        points[:, 2] *= -1.0
-    return points
+    return mesh.in_space * ([1.0, 1.0, -1.0] if mesh.symmetric else 1.0)
 
 
 def view(plotter: Any) -> None:
@@ -293,11 +289,8 @@ def _cut_open(data: dict[str, Any], close: bool) -> NDArray[Any]:
         ambient=0.45,
     )
     if data["inner"].any():
-        lines = (
-            cut_open(grid_of(points, cells[data["inner"]]))
-            .extract_surface()
-            .extract_feature_edges(30.0)
-        )
+        inner = cut_open(grid_of(points, cells[data["inner"]]))
+        lines = inner.extract_surface().extract_feature_edges(30.0)
         if lines.n_cells:
             plotter.add_mesh(lines, color="black", line_width=2.0)
     if len(data["worst"]):

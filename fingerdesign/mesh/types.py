@@ -54,6 +54,11 @@ class Mesh:
         return int(self.points.shape[1])
 
     @property
+    def in_space(self) -> Array:
+        """Nodes (n, 3); those of a section at z = 0."""
+        return np.pad(self.points, ((0, 0), (0, 3 - self.dimension)))
+
+    @property
     def kind(self) -> CellKind:
         """The kind of all cells."""
         return kind_of(self.cells)

@@ -188,9 +188,7 @@ class CadFace(Face):
         if isinstance(self.shape, Nurbs):
             uv, place = self.shape.foot(points)
             normal = self.sign * self.shape.normal_at(uv)
-            offset = points - place
-            away = np.einsum("ij,ij->i", offset, normal)
-            apart = np.linalg.norm(offset, axis=1)
+            away, apart = dot(points - place, normal), np.linalg.norm(points - place, axis=1)
         else:
             away, normal = self.distance(points), self.normal(points)
             place, apart = points - away[:, None] * normal, np.abs(away)

@@ -99,9 +99,8 @@ class Nurbs:
             new = self._kept(here, step)
             after = self._away(points[open_rows], new)
             worse = after > least[open_rows] * (1.0 + 1e-14) + 1e-15 * size
-            damping[open_rows] = np.where(
-                worse, np.maximum(4.0 * damping[open_rows], 1e-2), 0.25 * damping[open_rows]
-            )
+            more, less = np.maximum(4.0 * damping[open_rows], 1e-2), 0.25 * damping[open_rows]
+            damping[open_rows] = np.where(worse, more, less)
             moved = np.linalg.norm(step * slope, axis=1)
             # Near a centre of curvature the foot hardly matters, and is hardly to be found.
             stalled = (turn > _STALL) & (np.abs(after - least[open_rows]) < 1e-14 * size)
@@ -191,8 +190,7 @@ class Nurbs:
         for k in range(len(found)):
             rows = apart[:, k] < spacing
             if k:  # the first start's answer will do, unless this one lies on another sheet
-                same = np.abs(flat[nearest[:, k], 1] - found[0]) < spacing
-                rows &= ~same
+                rows &= ~(np.abs(flat[nearest[:, k], 1] - found[0]) < spacing)
             rows = np.flatnonzero(rows)
             found[k, rows] = self._height_from(where[nearest[rows, k]], targets[rows])
         return found
@@ -267,19 +265,15 @@ class Nurbs:
         from scipy.spatial import cKDTree
 
         u0, u1, v0, v1 = self.bounds
-        middle = np.array([0.5 * (u0 + u1)]), np.array([0.5 * (v0 + v1)])
-        line = np.linspace(0.0, 1.0, 33)
-        wide = self.at(u0 + (u1 - u0) * line, np.broadcast_to(middle[1], 33))
-        tall = self.at(np.broadcast_to(middle[0], 33), v0 + (v1 - v0) * line)
+        line, full = np.linspace(0.0, 1.0, 33), np.ones(33)
+        wide = self.at(u0 + (u1 - u0) * line, 0.5 * (v0 + v1) * full)
+        tall = self.at(0.5 * (u0 + u1) * full, v0 + (v1 - v0) * line)
         lengths = [np.linalg.norm(np.diff(p, axis=0), axis=1).sum() + 1e-9 for p in (wide, tall)]
         number = int(np.clip(np.sqrt(SAMPLES * lengths[0] / lengths[1]), 16, SAMPLES // 16))
         across = SAMPLES // number
-        u, v = np.meshgrid(
-            u0 + (u1 - u0) * (np.arange(number) + 0.5) / number,
-            v0 + (v1 - v0) * (np.arange(across) + 0.5) / across,
-            indexing="ij",
-        )
-        where = np.column_stack([u.ravel(), v.ravel()])
+        by_u = u0 + (u1 - u0) * (np.arange(number) + 0.5) / number
+        by_v = v0 + (v1 - v0) * (np.arange(across) + 0.5) / across
+        where = np.stack(np.meshgrid(by_u, by_v, indexing="ij"), axis=-1).reshape(-1, 2)
         return cKDTree(self.at(*where.T)), where
 
 

@@ -29,9 +29,7 @@ def write_calculix(mesh: Mesh, path: Path) -> None:
     with path.open("w", encoding="ascii") as file:
         half = "; the half z >= 0 of a finger that mirrors in z = 0" if mesh.symmetric else ""
         file.write(f"** Finger: lengths in mm{half}\n*NODE, NSET=nall\n")
-        points = np.zeros((len(mesh.points), 3))
-        points[:, : mesh.dimension] = mesh.points
-        for number, (x, y, z) in enumerate(points.tolist(), start=1):
+        for number, (x, y, z) in enumerate(mesh.in_space.tolist(), start=1):
             file.write(f"{number}, {_short(x)}, {_short(y)}, {_short(z)}\n")
         for region in np.unique(mesh.regions):
             rows = np.flatnonzero(mesh.regions == region)

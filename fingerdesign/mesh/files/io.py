@@ -49,8 +49,6 @@ def to_meshio(mesh: Mesh, gmsh: bool = False) -> Any:
     import meshio
 
     kind, dimension = mesh.kind, mesh.dimension
-    points = np.zeros((len(mesh.points), 3))
-    points[:, : mesh.dimension] = mesh.points
     number_of = {name: facet_number(name) for name in mesh.facets}
     names = sorted(number_of, key=lambda name: number_of[name])
     cells, facet = [(kind.quadratic, mesh.cells)], list[IntArray]()
@@ -76,7 +74,7 @@ def to_meshio(mesh: Mesh, gmsh: bool = False) -> Any:
         }
         for number, name in mesh.region_names.items():
             data[name] = [(mesh.regions == number).astype(np.int64), *nothing]
-    return meshio.Mesh(points, cells, cell_data=data, field_data=groups)
+    return meshio.Mesh(mesh.in_space, cells, cell_data=data, field_data=groups)
 
 
 def write_mesh(mesh: Mesh, path: Path | str) -> Path:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.checks.body import sound_outline
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.schema import Design
@@ -24,7 +24,9 @@ from fingerdesign.mesh.section.plates import extruded_sizes, inner_of, scaled
 from fingerdesign.mesh.section.section import (
     bend_faces,
     mesh_section,
+    not_of_slots,
     onto_surface,
+    outline_facets,
     sheet_room_faults,
 )
 from fingerdesign.mesh.sheets import sheet_facets
@@ -58,9 +60,8 @@ def graded_heights(borders: Array, fine: Array, first: float, growth: float) -> 
         place = np.linspace(low, high, 401)
         away = np.abs(place[:, None] - fine[None, :]).min(axis=1)
         density = 1.0 / (first + rate * away)
-        total = np.concatenate(
-            [[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(place))]
-        )
+        layers = 0.5 * (density[1:] + density[:-1]) * np.diff(place)
+        total = np.concatenate([[0.0], np.cumsum(layers)])
         count = max(1, int(np.ceil(total[-1] - 0.05)))
         found.append(np.interp(np.linspace(0.0, total[-1], count + 1)[1:], total, place))
         found[-1][-1] = high
@@ -146,9 +147,8 @@ def extrude(
     nodes = onto_surface(design.body, nodes, facets["contact"])
     nodes = bend_faces(nodes, cells, regions, frames)
     notes: dict[str, float | int | str] = {"layers": len(heights) - 1}
-    return Mesh(
-        nodes, cells, regions, facets, "sweep", symmetric, notes, region_names=core_name(design)
-    )
+    names = core_name(design)
+    return Mesh(nodes, cells, regions, facets, "sweep", symmetric, notes, region_names=names)
 
 
 def prisms_over(triangles: IntArray, count: int, layer: int) -> IntArray:
@@ -219,26 +219,16 @@ def _classify(
     design: Design, nodes: Array, cells: IntArray, symmetric: bool, slots: dict[str, IntArray]
 ) -> dict[str, IntArray]:
     """Boundary facets by name; without those of ``slots``."""
-    half, end = 0.5 * design.body.width_mm, 0.5 * design.body.depth_mm
     found: dict[str, IntArray] = {}
     for boundary in outer_facets(cells):
-        kind = facet_kind(boundary)
-        taken = [rows[:, -1] for rows in slots.values() if facet_kind(rows) is kind]
-        outer = boundary[~np.isin(boundary[:, -1], np.concatenate([[-1], *taken]))]
-        corners = nodes[outer[:, : kind.corners]]
-
-        def lies_at(axis: int, value: float, corners: Array = corners) -> BoolArray:
-            return np.asarray((np.abs(corners[:, :, axis] - value) < 1e-9).all(axis=1))
-
-        if kind is TRIANGLE:
-            named = {"end": lies_at(2, end) | lies_at(2, -end)}
-            if symmetric:
-                named["symmetry"] = lies_at(2, 0.0)
-        else:
-            base = lies_at(1, 0.0)
-            side = (lies_at(0, half) | lies_at(0, -half)) & ~base
-            named = {"base": base, "side": side, "contact": ~base & ~side}
-        found |= {name: outer[mask] for name, mask in named.items()}
+        if facet_kind(boundary) is not TRIANGLE:
+            found |= outline_facets(design.body, nodes, boundary, slots)
+            continue
+        outer = not_of_slots(boundary, slots)
+        z = np.abs(nodes[outer[:, : TRIANGLE.corners], 2])
+        found["end"] = outer[(np.abs(z - 0.5 * design.body.depth_mm) < 1e-9).all(axis=1)]
+        if symmetric:
+            found["symmetry"] = outer[(z < 1e-9).all(axis=1)]
     return found
 
 

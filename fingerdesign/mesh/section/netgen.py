@@ -41,10 +41,8 @@ def start_mesher() -> Worker:
 def triangulated(outline: dict[str, Any], time_limit_s: float) -> tuple[Array, IntArray, IntArray]:
     """Result of :func:`run_netgen`, from the cache for the same outline and netgen."""
     about = json.dumps([FORMAT, version("netgen-mesher"), outline])
-    cache, name = (
-        Cache("sections", MOST_SECTIONS),
-        hashlib.sha256(about.encode()).hexdigest() + ".npz",
-    )
+    cache = Cache("sections", MOST_SECTIONS)
+    name = hashlib.sha256(about.encode()).hexdigest() + ".npz"
     names = ("points", "triangles", "domains")
     found = cache.arrays(name)
     if found is not None and set(found[0]) == set(names):

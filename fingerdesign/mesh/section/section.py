@@ -15,7 +15,7 @@ from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.surface import surface_of
-from fingerdesign.mesh.cells import boundary_facets, outer_facets, quadratic
+from fingerdesign.mesh.cells import boundary_facets, facet_kind, outer_facets, quadratic
 from fingerdesign.mesh.measures import cell_volumes, oriented
 from fingerdesign.mesh.section.mirror import half_of, mirrored, partners, to_draw
 from fingerdesign.mesh.section.netgen import triangulated
@@ -78,7 +78,7 @@ def mesh_section(
     points = points * [side, 1.0]
     nodes, cells = quadratic(points, oriented(points, triangles))
     slots = sheet_facets(nodes, cells, frames) if sheets else {}
-    facets = _classify(design.body, nodes, cells, slots) | slots
+    facets = outline_facets(design.body, nodes, boundary_facets(cells), slots) | slots
     nodes = onto_surface(design.body, nodes, facets["contact"])
     nodes = bend_faces(nodes, cells, regions, frames)
     return Mesh(nodes, cells, regions, facets, "netgen", region_names=core_name(design))
@@ -133,11 +133,8 @@ def _opened(
     filled = np.zeros(len(triangles) - len(regions), dtype=np.int64)
     regions = np.concatenate([regions, filled])
     other = _mirror_images(design, frames)
-    return (
-        (points, triangles, regions)
-        if other is None
-        else mirrored(points, triangles, regions, other)
-    )
+    opened = points, triangles, regions
+    return opened if other is None else mirrored(*opened, other)
 
 
 def _check_areas(
@@ -168,22 +165,23 @@ def _check_areas(
             raise MeshError(f"netgen lost part of {name}: {filled:.6f} of {size:.6f} mm^2")
 
 
-def _classify(
-    body: Body, nodes: Array, cells: IntArray, slots: dict[str, IntArray]
+def outline_facets(
+    body: Body, nodes: Array, boundary: IntArray, slots: dict[str, IntArray]
 ) -> dict[str, IntArray]:
-    """Boundary edges by name, as (f, 3) corner, corner, middle; without those of ``slots``."""
-    boundary = boundary_facets(cells)
-    taken = [rows[:, 2] for rows in slots.values()]
-    if taken:
-        boundary = boundary[~np.isin(boundary[:, 2], np.concatenate(taken))]
-    ends = nodes[boundary[:, :2]]
-    base = (np.abs(ends[:, :, 1]) < 1e-9).all(axis=1)
-    side = (np.abs(np.abs(ends[:, :, 0]) - 0.5 * body.width_mm) < 1e-9).all(axis=1)
-    return {
-        "base": boundary[base],
-        "side": boundary[side & ~base],
-        "contact": boundary[~side & ~base],
-    }
+    """Boundary facets (f, nodes) by name, those of the base, the sides and the contact surface;
+    without those of ``slots``."""
+    boundary = not_of_slots(boundary, slots)
+    x, y, *_ = np.moveaxis(nodes[boundary[:, : facet_kind(boundary).corners]], 2, 0)
+    base = (np.abs(y) < 1e-9).all(axis=1)
+    side = (np.abs(np.abs(x) - 0.5 * body.width_mm) < 1e-9).all(axis=1) & ~base
+    contact = ~side & ~base
+    return {"base": boundary[base], "side": boundary[side], "contact": boundary[contact]}
+
+
+def not_of_slots(boundary: IntArray, slots: dict[str, IntArray]) -> IntArray:
+    """Those of the facets (f, nodes) that belong to none of the slots, by their last mid-node."""
+    taken = [rows[:, -1] for rows in slots.values() if rows.shape[1] == boundary.shape[1]]
+    return boundary[~np.isin(boundary[:, -1], np.concatenate([[-1], *taken]))]
 
 
 def onto_surface(body: Body, nodes: Array, contact: IntArray) -> Array:

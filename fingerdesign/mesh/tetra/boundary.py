@@ -10,6 +10,7 @@ from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.cells import facet_keys, same_keys, tetra_facets
 from fingerdesign.mesh.tetra.carriers import Carriers
+from fingerdesign.shapes.quadrics import dot
 
 
 def enclosed(points: Array, vertices: Array, triangles: IntArray) -> BoolArray:
@@ -86,11 +87,10 @@ def carried_facets(
     corners = _outward(points, corners, apexes[picked])
     carrier = np.zeros(len(picked), dtype=np.int64)
     misfit = np.zeros(len(picked))
-    carrier[outside], misfit[outside] = _nearest(
-        points, corners[outside], carriers, carriers.outside
-    )
+    parts = [(outside, carriers.outside)]
     for region, numbers in carriers.of_part.items():
-        own = ~outside & (regions[cell] == region)
+        parts.append((~outside & (regions[cell] == region), numbers))
+    for own, numbers in parts:
         carrier[own], misfit[own] = _nearest(points, corners[own], carriers, numbers)
     names = boundary_names(points, corners, carrier, carriers)
     return BoundaryFacets(corners, carrier, outside, cell, names, misfit)
@@ -122,7 +122,7 @@ def boundary_names(
 def _outward(points: Array, corners: IntArray, apex: IntArray) -> IntArray:
     """Turn triangles so that their normal points away from their cell's fourth corner."""
     a, b, c = (points[corners[:, i]] for i in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), points[apex] - a) > 0
+    inward = dot(np.cross(b - a, c - a), points[apex] - a) > 0
     return np.asarray(np.where(inward[:, None], corners[:, [0, 2, 1]], corners))
 
 
@@ -140,9 +140,7 @@ def _nearest(
     normal /= np.maximum(size, 1e-300)[:, None]
     middle = (a + b + c) / 3.0
     misfit = np.stack([face.misfit(points[used])[inverse].max(axis=1) for face in faces], axis=1)
-    aligned = np.stack(
-        [np.einsum("ij,ij->i", normal, face.normal(middle)) for face in faces], axis=1
-    )
+    aligned = np.stack([dot(normal, face.normal(middle)) for face in faces], axis=1)
     # A facet as large as its misfit may lean either way: alignment decides between near rivals.
     cost = misfit + 0.25 * np.sqrt(size)[:, None] * (1.0 - aligned)
     best = cost.argmin(axis=1)

@@ -118,14 +118,10 @@ def _room_faces(frame: PlateFrame, design: Design) -> list[Carrier]:
 
 def _samples(frame: PlateFrame) -> Array:
     """Points (n, 3) in a box, its corners and edges among them."""
-    s, v, w = (
-        axis.ravel()
-        for axis in np.meshgrid(
-            np.linspace(-0.5, 0.5, 9) * frame.length,
-            np.linspace(-0.5, 0.5, 3) * frame.thickness,
-            np.linspace(frame.low, frame.high, 9),
-        )
-    )
+    along, through = np.linspace(-0.5, 0.5, 9), np.linspace(-0.5, 0.5, 3)
+    across = np.linspace(frame.low, frame.high, 9)
+    grid = np.meshgrid(along * frame.length, through * frame.thickness, across)
+    s, v, w = (axis.ravel() for axis in grid)
     return frame.to_space(frame.from_local(s, v), w)
 
 
