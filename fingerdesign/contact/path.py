@@ -117,5 +117,6 @@ def _pieces(
     """Targets of a row's increments; the last one is the row itself, to the last digit."""
     if isinstance(row, Motion):
         return [*(state.motion.toward(row, float(end)) for end in ends[:-1]), row]
-    now = Forces(*problem.resultant(problem.to_global(state.multiplier)).tolist(), state.motion)
+    normal, pulled = problem.resultant(problem.to_global(state.multiplier)).tolist()
+    now = Forces(normal, pulled, state.motion)
     return [*(now.toward(row, float(end)) for end in ends[:-1]), row]

@@ -160,7 +160,7 @@ class CompiledTracker(Tracker):
         iterations = library.follower_iterations(follower)
         if library.follower_runs_short(follower):
             self._bring_base(*self._required(), widen=True)
-        return Answer(*out, residual, iterations)
+        return Answer(out[0], out[1], out[2], residual, iterations)
 
     def _required(self) -> tuple[BoolArray, Array]:
         """Nodes that the working set must hold, and all nodes' gaps (m,)."""
@@ -224,7 +224,7 @@ class CompiledTracker(Tracker):
     def _bind(self, base: WorkingSet | None) -> None:
         if base is not self._bound:
             self._bound = base
-            given = (0, None, None)
+            given: tuple[int, int | None, int | None] = 0, None, None
             if base is not None:
                 given = len(base.nodes), address(base.nodes), address(base.inverse)
             self._library.follower_base(self._follower, *given)
