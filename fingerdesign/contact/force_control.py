@@ -208,7 +208,9 @@ class _Search:
             if np.abs(missing).max() <= self.tolerance * self.forces.normal:
                 return trial
             tangent = self._tangent(trial)
-            stiffness = self._shear_stiffness(tangent)
+            stiffness = 0.0  # against shear, at a constant normal force
+            if tangent[0, 0] != 0.0:
+                stiffness = tangent[1, 1] - tangent[1, 0] * tangent[0, 1] / tangent[0, 0]
             stiffest = max(stiffest, stiffness)
             if not stiffness > _SLACK * stiffest:
                 # All slides: more shear changes nothing, but less of it makes nodes stick.
@@ -279,14 +281,11 @@ class _Search:
             approach = self._touch(last.shear) + self._overlap()
         return np.array([approach, last.shear])[self.free]
 
-    def _motion(self, unknown: Array) -> Motion:
-        held = self.forces.held
-        shear = float(unknown[1]) if len(unknown) == 2 else held.shear
-        return replace(held, approach=float(unknown[0]), shear=shear)
-
     def _solve(self, unknown: Array) -> Increment | None:
+        motion, slowly = self.forces.held, self.try_slow_methods
+        approach, *shear = unknown.tolist()
+        motion = replace(motion, approach=approach, shear=shear[0] if shear else motion.shear)
         try:
-            motion, slowly = self._motion(unknown), self.try_slow_methods
             return solve_increment(self.problem, self.guess, motion, self.workspace, slowly)
         except ZoneExhausted as exhausted:
             self.exhausted = exhausted
@@ -305,13 +304,6 @@ class _Search:
         """d(F_n, F_t) / d(approach, shear) of the free ones, N/mm."""
         whole = stiffness(self.problem, increment, self.workspace, turning_back)
         return whole[np.ix_(self.free, self.free)]
-
-    @staticmethod
-    def _shear_stiffness(tangent: Array) -> float:
-        """dF_t / d(shear) at constant normal force."""
-        if tangent[0, 0] == 0.0:
-            return 0.0
-        return float(tangent[1, 1] - tangent[1, 0] * tangent[0, 1] / tangent[0, 0])
 
     def _line_search(
         self, unknown: Array, step: Array, missing: float

@@ -127,7 +127,11 @@ def solve_increment(
             f"{outcome.certificate} after {found.iterations} iterations; use smaller increments"
         )
     if outcome.at_rim:
-        raise _exhausted(problem, found.multiplier, motion)
+        where = problem.model.points[problem.model.rim & (found.multiplier[:, 0] > 0.0), 0]
+        raise ZoneExhausted(
+            f"the contact reaches the end of the candidate zone (x = {where[0]:.2f} mm) at "
+            f"{motion}; widen the zone"
+        )
     reached = problem.found_motion(motion, found.multiplier)
     after = ContactState(
         outcome.slip, found.multiplier, reached, outcome.travelled, outcome.sliding
@@ -235,11 +239,3 @@ def _solve(
         if not missed.any():
             return NewtonResult(multiplier, result.residual, spent, result.converged), method
         near |= missed
-
-
-def _exhausted(problem: ContactProblem, multiplier: Array, motion: Motion) -> ZoneExhausted:
-    where = problem.model.points[problem.model.rim & (multiplier[:, 0] > 0.0), 0]
-    return ZoneExhausted(
-        f"the contact reaches the end of the candidate zone (x = {where[0]:.2f} mm) at "
-        f"{motion}; widen the zone"
-    )

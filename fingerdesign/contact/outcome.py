@@ -64,10 +64,15 @@ def outcome(problem: ContactProblem, past: ContactState, found: Answer, before: 
         force.sum(axis=0)[free],
     )
     status = status_of(multiplier, local, problem.self_compliance, problem.friction)
-    moved = lengths(local[:, 1:])
-    sliding = _sliding(problem, past, multiplier, moved)
+    moved, normal = lengths(local[:, 1:]), multiplier[:, 0]
+    largest = float(normal.max(initial=0.0))
+    near = problem.friction.bound(normal) - _ON_LIMIT * largest
+    on_limit = (normal > 0.0) & (lengths(multiplier[:, 1:]) >= near)
+    # Without motion such nodes stay on the limit without a slip of their own: they slid before.
+    still = moved <= _ON_LIMIT * problem.self_compliance * normal
+    sliding = np.where(on_limit, np.where(still, past.sliding, moved), 0.0)
     status[(sliding > 0.0) & (status == STICK)] = SLIP
-    touching = coded(status == SLIP, multiplier[:, 0] > 0.0)
+    touching = coded(status == SLIP, normal > 0.0)
     ahead = (found.yielded - before) * (touching == OPEN)[:, None]
     slid = (touching == SLIP).nonzero()[0]
     ahead[slid, 1:] = local.take(slid, 0)[:, 1:]
@@ -77,23 +82,10 @@ def outcome(problem: ContactProblem, past: ContactState, found: Answer, before: 
         status,
         touching,
         ahead,
-        float(multiplier[:, 0].max(initial=0.0)),
+        largest,
         bool((multiplier[model.rim, 0] > 0.0).any()),
         local[:, 1:] + past.slip,
         # A sticking node has not moved, whatever the rounding; an open one starts from zero.
         (status != OPEN) * (past.travelled + moved * (status == SLIP)),
         sliding,
     )
-
-
-def _sliding(problem: ContactProblem, past: ContactState, multiplier: Array, moved: Array) -> Array:
-    """Slip (m,) mm of nodes on their friction limit; their last one where nothing has ``moved``.
-
-    Without motion such nodes stay on the limit without a slip of their own: they are still those
-    that slid.
-    """
-    limit = problem.friction.bound(multiplier[:, 0])
-    near = limit - _ON_LIMIT * float(multiplier[:, 0].max(initial=0.0))
-    on_limit = (multiplier[:, 0] > 0.0) & (lengths(multiplier[:, 1:]) >= near)
-    still = moved <= _ON_LIMIT * problem.self_compliance * multiplier[:, 0]
-    return np.where(on_limit, np.where(still, past.sliding, moved), 0.0)

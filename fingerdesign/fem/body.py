@@ -104,7 +104,11 @@ def condense_body(
     """
     check_sound(body)
     start = time.perf_counter()
-    trace = _own_trace(body) if trace is None else trace
+    if trace is None:
+        trace = contact_trace(body.mesh.points, body.contact, body.thickness)
+        if body.project is not None:  # Gaps are measured from the exact surface.
+            points = body.project(trace.surface.points)
+            trace = replace(trace, surface=replace(trace.surface, points=points))
     rows = [trace.operator, *readouts]
     modulus = float(body.youngs_modulus[0]) if body.attached is None else 1.0  # sheets: their own
     key = _key(body, modulus, rows) if store else ""
@@ -131,14 +135,6 @@ def condense_body(
         timings=timings,
         stored=(key, modulus),
     )
-
-
-def _own_trace(body: Body) -> ContactTrace:
-    trace = contact_trace(body.mesh.points, body.contact, body.thickness)
-    if body.project is None:
-        return trace
-    points = body.project(trace.surface.points)  # Gaps are measured from the exact surface.
-    return replace(trace, surface=replace(trace.surface, points=points))
 
 
 def _answered(

@@ -229,17 +229,11 @@ def gage_shares(frame: PlateFrame, length: float, v: float) -> tuple[Array, Arra
     end = 0.5 * length * frame.bend_radius / radius  # s is measured along the mid-surface
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
     inner = [
-        _outward(frame, end * node) * (0.5 * w / radius)
+        frame.upward(end * node) * (0.5 * w / radius)
         for node, w in zip(nodes, weights, strict=True)
     ]
     ends = [frame.tangent(end) / length, -frame.tangent(-end) / length]
     return np.concatenate([[end, -end], end * nodes]), np.array([*ends, *inner])
-
-
-def _outward(frame: PlateFrame, s: float) -> Array:
-    """Unit normal of a bent plate toward its upper side at ``s``, in the section plane, (2,)."""
-    along = frame.tangent(s)
-    return np.array([-along[1], along[0]])
 
 
 def gage_crossing(frame: PlateFrame, gages: Gages, v: float) -> tuple[Array, Array, Array]:

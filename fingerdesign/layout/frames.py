@@ -129,6 +129,11 @@ class PlateFrame:
         angle = s / self.bend_radius
         return np.asarray(np.cos(angle) * self.axis - np.sin(angle) * self.normal)
 
+    def upward(self, s: float) -> Array:
+        """Unit vector toward the upper side at ``s``, in the section plane, shape (2,)."""
+        along = self.tangent(s)
+        return np.array([-along[1], along[0]])
+
     def corners(self) -> Array:
         """Section corners, anticlockwise from the lower near end, shape (4, 2)."""
         s, v = 0.5 * self.length, 0.5 * self.thickness

@@ -150,13 +150,17 @@ def _folded(points: Array) -> Array:
     return np.column_stack([np.abs(points[:, 0]), points[:, 1]])
 
 
+def _away(pieces: tuple[Piece, ...], points: Array) -> list[Array]:
+    """Distances (n,) to each of the pieces as they end."""
+    folded = _folded(points)
+    return [np.hypot(piece.distance(folded), piece.beyond(folded)) for piece in pieces]
+
+
 def nearest_piece(pieces: tuple[Piece, ...], points: Array) -> IntArray:
     """The piece (n,) that holds the nearest point of a chain, for points (n, 2) of either half."""
     if len(pieces) == 1:
         return np.zeros(len(points), dtype=np.int64)
-    folded = _folded(points)
-    away = [np.hypot(piece.distance(folded), piece.beyond(folded)) for piece in pieces]
-    return np.asarray(np.argmin(away, axis=0), dtype=np.int64)
+    return np.asarray(np.argmin(_away(pieces, points), axis=0), dtype=np.int64)
 
 
 def chain_distance(pieces: tuple[Piece, ...], points: Array) -> Array:
@@ -168,9 +172,7 @@ def chain_distance(pieces: tuple[Piece, ...], points: Array) -> Array:
 
 def chain_misfit(pieces: tuple[Piece, ...], points: Array) -> Array:
     """Distance (n,) of points (n, 2) to the pieces as they end, not continued."""
-    folded = _folded(points)
-    away = [np.hypot(piece.distance(folded), piece.beyond(folded)) for piece in pieces]
-    return np.asarray(np.min(away, axis=0))
+    return np.asarray(np.min(_away(pieces, points), axis=0))
 
 
 def chain_normal(pieces: tuple[Piece, ...], points: Array) -> Array:

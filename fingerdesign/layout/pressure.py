@@ -46,7 +46,8 @@ def mean_pressure(design: Design, rigid: SceneObject, approach: float) -> float:
     else:
         hertz = free * math.pi * max(c * a for c, a in zip(curved, half, strict=True)) / 8.0
     gap = sum(c * a * a / 6.0 for c, a in zip(curved, half, strict=True))
-    depth = 0.5 * approach if _wedge(design, rigid) else approach - gap
+    flat = design.body.kind.curvatures(design.body) == (0.0, 0.0)
+    depth = 0.5 * approach if flat and rigid.flat and rigid.tilt_deg else approach - gap
     strain = min(max(depth, 0.0) / height, 0.9)
     shape = half[0] * half[1] / ((half[0] + half[1]) * height)
     confined = free * (1.0 - nu) ** 2 / max(1.0 - 2.0 * nu, 1e-9)
@@ -95,11 +96,6 @@ def _euler(design: Design) -> float:
     nu, height = design.material_of("body").poissons_ratio, float(crest_height(design.body))
     thin = min(design.body.width_mm, design.body.depth_mm)
     return math.pi**2 / 24.0 / (1.0 - nu) * (thin / height) ** 2
-
-
-def _wedge(design: Design, rigid: SceneObject) -> bool:
-    flat = design.body.kind.curvatures(design.body) == (0.0, 0.0)
-    return flat and rigid.flat and bool(rigid.tilt_deg)
 
 
 def _half_extents(design: Design, rigid: SceneObject, approach: float) -> tuple[float, float]:

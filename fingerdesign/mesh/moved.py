@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.types import Mesh
@@ -36,10 +35,9 @@ def with_plates_moved(
         arm = section - old.centre
         turn = np.array([[np.cos(turned), np.sin(turned)], [-np.sin(turned), np.cos(turned)]])
         change[:, :2] += weight[:, None] * (way + arm @ turn - arm)
-    try:
-        return _checked(mesh, mesh.points + straightened(mesh, change))
-    except MeshError:
-        return None
+    points = mesh.points + straightened(mesh, change)
+    sizes = cell_volumes(points, mesh.corners) / cell_volumes(mesh.points, mesh.corners)
+    return None if sizes.min() < _LEAST_CELL else replace(mesh, points=points, moved=True)
 
 
 def straightened(mesh: Mesh, change: Array) -> Array:
@@ -88,14 +86,3 @@ def _distance(plate: PlateFrame, points: Array) -> Array:
     s, v = np.abs(plate.local(points)).T
     rest = np.stack([s - 0.5 * plate.length, v - 0.5 * plate.thickness])
     return np.asarray(np.linalg.norm(np.clip(rest, 1e-12, None), axis=0))
-
-
-def _checked(mesh: Mesh, points: Array) -> Mesh:
-    """Put the nodes at ``points``; MeshError where a cell would lose most of its size."""
-    sizes = cell_volumes(points, mesh.corners) / cell_volumes(mesh.points, mesh.corners)
-    if sizes.min() < _LEAST_CELL:
-        raise MeshError(
-            f"moved so far, the plates leave a cell {sizes.min():.2g} of its area or volume; "
-            "plates or surface are too close for such a tolerance"
-        )
-    return replace(mesh, points=points, moved=True)

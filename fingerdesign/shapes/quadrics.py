@@ -77,7 +77,9 @@ class Cone:
     slope: float = 0.0
 
     def distance(self, points: Array) -> Array:
-        along, out = self._meridian(points)
+        offset = points - self.origin
+        along = offset @ self.axis
+        out = np.linalg.norm(offset - np.outer(along, self.axis), axis=1)
         cosine = 1.0 / np.hypot(1.0, self.slope)
         return np.asarray((out - self.radius - along * self.slope) * cosine)
 
@@ -97,11 +99,6 @@ class Cone:
         found = roots(np.full(len(x), a), b, c, np.linalg.norm(p0, axis=1))
         reach = self.radius + self.slope * (along + found * up)
         return np.where(reach >= -1e-12 * (1.0 + self.radius), found, np.nan)
-
-    def _meridian(self, points: Array) -> tuple[Array, Array]:
-        offset = points - self.origin
-        along = offset @ self.axis
-        return along, np.linalg.norm(offset - np.outer(along, self.axis), axis=1)
 
 
 def roots(a: Array, b: Array, c: Array, scale: Array | float) -> Array:

@@ -39,13 +39,10 @@ class _Lines:
 
     def strains(self, displacement: Array) -> Array:
         """Weighted strains (g,) at nodal displacements (n, dim), mm."""
-        return self.elongation(np.asarray(self.rows @ displacement.ravel()))
-
-    def elongation(self, moved: Array) -> Array:
-        """Weighted strains (g,) where the lines' points have moved by ``moved``, mm."""
-        moved = moved.reshape(self.places.shape)
-        start = np.diff(self.places.reshape(*self.shape, self.places.shape[1]), axis=2)
-        change = np.diff(moved.reshape(*self.shape, self.places.shape[1]), axis=2)
+        start, change = (
+            np.diff(each.reshape(*self.shape, self.places.shape[1]), axis=2)
+            for each in (self.places, np.asarray(self.rows @ displacement.ravel()))
+        )
         before = np.linalg.norm(start, axis=-1)
         # |a + b| - |a| without a difference of nearly equal numbers
         after = np.linalg.norm(start + change, axis=-1)
@@ -107,14 +104,9 @@ def _lines(
 def _along(
     frame: PlateFrame, length: float, v: float, pieces: int, offsets: Array, solid: bool
 ) -> Array:
-    """Points (k, pieces + 1, dim) of a gage's lines on the face at ``v``."""
-    line = _line(frame, length, v, pieces)
-    at = frame.middle + offsets
-    return np.array([frame.to_space(line, z) for z in at] if solid else [line])
-
-
-def _line(frame: PlateFrame, length: float, v: float, pieces: int) -> Array:
-    """Points (pieces + 1, 2) of a gage of ``length`` mm on the face at ``v``, in its section."""
+    """Points (k, pieces + 1, dim) of the lines of a gage of ``length`` mm on the face at ``v``."""
     if frame.bend_radius is not None:  # s is measured along the mid-surface
         length *= frame.bend_radius / (frame.bend_radius + v)
-    return frame.from_local(np.linspace(-0.5, 0.5, pieces + 1) * length, v)
+    line = frame.from_local(np.linspace(-0.5, 0.5, pieces + 1) * length, v)
+    at = frame.middle + offsets
+    return np.array([frame.to_space(line, z) for z in at] if solid else [line])

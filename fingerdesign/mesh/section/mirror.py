@@ -100,22 +100,18 @@ def _add_part(
     """Add the part of a curve that lies in the half: a line, or an arc around ``centre``."""
     if centre is None:
         half.curve(list(ends), *sides, size)
-    else:
-        half.arc(ends, centre, *sides, _whole_edges(half, ends, size))
+        return
+    # A whole number of edges fills half of an arc: rounded down, they would be longer than those of
+    # the whole arc.
+    (x, y), (u, v) = (half.points[number][:2] for number in ends)
+    chord = float(np.hypot(u - x, v - y))
+    half.arc(ends, centre, *sides, chord / float(np.ceil(chord / size)))
 
 
 def _side(outline: Outline, number: int) -> int:
     """1 right of the axis, 0 on it, -1 left of it."""
     x = outline.points[number][0]
     return 0 if abs(x) <= _ON else int(np.sign(x))
-
-
-def _whole_edges(half: Outline, ends: tuple[int, int], size: float) -> float:
-    """An edge length, at most ``size``, of which a whole number fills half of an arc: their number
-    rounded down, edges would be longer than those of the whole arc."""
-    (x, y), (u, v) = (half.points[number][:2] for number in ends)
-    chord = float(np.hypot(u - x, v - y))
-    return chord / float(np.ceil(chord / size))
 
 
 def _centre(outline: Outline, points: Sequence[int]) -> Array:

@@ -33,21 +33,16 @@ def bend_faces(
     for frame in frames:
         if frame.bend_radius is None:
             continue
-        face = _lateral_nodes(points, cells[regions == frame.index + 1])
+        outside = outer_facets(cells[regions == frame.index + 1])
+        if points.shape[1] == 3:  # without the faces of constant z: where the plate ends
+            outside = [rows[np.ptp(points[rows, 2], axis=1) > 1e-9] for rows in outside]
+        face = np.unique(np.concatenate([rows.ravel() for rows in outside]))
         s, v = frame.local(points[face]).T
         on = np.abs(s) < 0.5 * frame.length - 1e-6  # the square ends stay as they are
         face, s = face[on], s[on]
         level = 0.5 * frame.thickness * np.sign(v[on])
         moved[face, :2] = frame.from_local(s, level)
     return moved
-
-
-def _lateral_nodes(points: Array, cells: IntArray) -> IntArray:
-    """Nodes on the surface of some cells, but of its parts of constant z: where a plate ends."""
-    kinds = outer_facets(cells)
-    if points.shape[1] == 3:
-        kinds = [facets[np.ptp(points[facets, 2], axis=1) > 1e-9] for facets in kinds]
-    return np.unique(np.concatenate([facets.ravel() for facets in kinds]))
 
 
 def mesh_section(
@@ -72,9 +67,14 @@ def mesh_section(
     frames = section_frames(design) if frames is None else frames
     shown, side = to_draw(frames)
     outline = section_outline(design, zone_half_width, sizes, shown, inner)
-    points, triangles, regions = _triangles(design, outline, shown)
+    other = _mirror_images(design, shown)
+    points, triangles, regions = _triangles(design, outline, shown, other)
     if sheets:
-        points, triangles, regions = _opened(design, (points, triangles, regions), shown, sizes)
+        size = sizes.plate_end_size_mm
+        points, triangles = open_sheets(points, triangles, shown, design.body, size)
+        regions = np.pad(regions, (0, len(triangles) - len(regions)))
+        if other is not None:
+            points, triangles, regions = mirrored(points, triangles, regions, other)
     points = points * [side, 1.0]
     nodes, cells = quadratic(points, oriented(points, triangles))
     slots = sheet_facets(nodes, cells, frames) if sheets else {}
@@ -85,11 +85,10 @@ def mesh_section(
 
 
 def _triangles(
-    design: Design, outline: Outline, frames: tuple[PlateFrame, ...]
+    design: Design, outline: Outline, frames: tuple[PlateFrame, ...], other: IntArray | None
 ) -> tuple[Array, IntArray, IntArray]:
-    """Points (n, 2), triangles (t, 3) and regions (t,) of an outline; of its half where it mirrors,
-    and the mirror image of that."""
-    other = _mirror_images(design, frames)
+    """Points (n, 2), triangles (t, 3) and regions (t,) of an outline; of its half where it mirrors
+    (regions' images are ``other``), and the mirror image of that."""
     drawn = outline if other is None else half_of(outline)
     try:
         points, triangles, domains = triangulated(asdict(drawn), float(design.mesh.time_limit_s))
@@ -119,22 +118,6 @@ def _mirror_images(design: Design, frames: tuple[PlateFrame, ...]) -> IntArray |
     regions = np.arange(design.core_region + 1)
     regions[own] = own[found]
     return regions
-
-
-def _opened(
-    design: Design,
-    mesh: tuple[Array, IntArray, IntArray],
-    frames: tuple[PlateFrame, ...],
-    sizes: SectionMesh,
-) -> tuple[Array, IntArray, IntArray]:
-    """A linear mesh with the slots of its sheets open."""
-    points, triangles, regions = mesh
-    points, triangles = open_sheets(points, triangles, frames, design.body, sizes.plate_end_size_mm)
-    filled = np.zeros(len(triangles) - len(regions), dtype=np.int64)
-    regions = np.concatenate([regions, filled])
-    other = _mirror_images(design, frames)
-    opened = points, triangles, regions
-    return opened if other is None else mirrored(*opened, other)
 
 
 def _check_areas(

@@ -84,7 +84,9 @@ def carried_facets(
     picked = np.concatenate([lonely, chosen])
     outside = np.arange(len(picked)) < len(lonely)
     corners, cell = facets[picked], cells[picked]
-    corners = _outward(points, corners, apexes[picked])
+    a, b, c = (points[corners[:, k]] for k in range(3))
+    inward = dot(np.cross(b - a, c - a), points[apexes[picked]] - a) > 0.0
+    corners = np.where(inward[:, None], corners[:, [0, 2, 1]], corners)
     carrier = np.zeros(len(picked), dtype=np.int64)
     misfit = np.zeros(len(picked))
     parts = [(outside, carriers.outside)]
@@ -117,13 +119,6 @@ def boundary_names(
         middle = np.where(middle == "contact", rest[0], middle)
         names[rows] = np.where(touching, "contact", middle)
     return names
-
-
-def _outward(points: Array, corners: IntArray, apex: IntArray) -> IntArray:
-    """Turn triangles so that their normal points away from their cell's fourth corner."""
-    a, b, c = (points[corners[:, i]] for i in range(3))
-    inward = dot(np.cross(b - a, c - a), points[apex] - a) > 0
-    return np.asarray(np.where(inward[:, None], corners[:, [0, 2, 1]], corners))
 
 
 def _nearest(

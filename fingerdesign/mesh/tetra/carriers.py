@@ -139,8 +139,7 @@ def plate_faces(frame: PlateFrame) -> list[Carrier]:
     found.append(Face(name, Plane(-unit, -frame.low)))
     for hole in frame.holes:
         place = frame.to_space(frame.from_local(hole.s, 0.0), hole.w)[0]
-        tangent = frame.tangent(hole.s)
-        upright = frame.direction(np.array([-tangent[1], tangent[0]]))
+        upright = frame.direction(frame.upward(hole.s))
         found.append(Face(name, Cone(place, upright, hole.radius), -1.0))
     return found
 
