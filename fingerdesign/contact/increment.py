@@ -133,9 +133,8 @@ def solve_increment(
             f"{motion}; widen the zone"
         )
     reached = problem.found_motion(motion, found.multiplier)
-    after = ContactState(
-        outcome.slip, found.multiplier, reached, outcome.travelled, outcome.sliding
-    )
+    slid = outcome.travelled, outcome.sliding
+    after = ContactState(outcome.slip, found.multiplier, reached, *slid)
     workspace.tracker(problem).know(found, outcome, change, state.slip)
     workspace.record(state, after)
     return Increment(

@@ -102,9 +102,8 @@ def certify(
     lowest = float(gap.min(initial=0.0))
     if not multiplier.any():
         # Nothing is touched: only penetration can be wrong.
-        return Certificate(
-            -lowest / max(float(np.abs(gap).max(initial=0.0)), 1e-300), 0.0, 0.0, 0.0
-        )
+        overlap = -lowest / max(float(np.abs(gap).max(initial=0.0)), 1e-300)
+        return Certificate(overlap, 0.0, 0.0, 0.0)
     pulled = max(0.0, -float(normal.min()))
     force = max(pulled, float(normal.max()))
     length = force * typical_compliance

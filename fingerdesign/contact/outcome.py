@@ -55,14 +55,9 @@ def outcome(problem: ContactProblem, past: ContactState, found: Answer, before: 
     """Certify an answer that starts from a state, where C f was ``before`` (m, dim)."""
     multiplier, local, model = found.multiplier, found.motion, problem.model
     force, free = problem.to_global(multiplier), model.balanced
-    certificate = certify(
-        multiplier,
-        local,
-        problem.typical_compliance,
-        problem.friction,
-        (model.reaction_readout @ force.reshape(-1))[free],
-        force.sum(axis=0)[free],
-    )
+    typical, friction = problem.typical_compliance, problem.friction
+    carried, pushed = (model.reaction_readout @ force.reshape(-1))[free], force.sum(axis=0)[free]
+    certificate = certify(multiplier, local, typical, friction, carried, pushed)
     status = status_of(multiplier, local, problem.self_compliance, problem.friction)
     moved, normal = lengths(local[:, 1:]), multiplier[:, 0]
     largest = float(normal.max(initial=0.0))

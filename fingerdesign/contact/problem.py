@@ -168,10 +168,9 @@ class ContactProblem:
         """A motion with what an object free to turn adds to it under the forces (m, dim) N."""
         if self.softness is None:
             return motion
-        z, twist = self.softness * np.einsum("kma,ma->k", self.modes[FREE], multiplier)
-        return replace(
-            motion, shear_z=motion.shear_z + float(z), twist_deg=motion.twist_deg + float(twist)
-        )
+        added = self.softness * np.einsum("kma,ma->k", self.modes[FREE], multiplier)
+        z, twist = added.tolist()
+        return replace(motion, shear_z=motion.shear_z + z, twist_deg=motion.twist_deg + twist)
 
     def to_global(self, multiplier: Array) -> Array:
         """Nodal forces on the finger (m, dim) N in x, y(, z)."""

@@ -139,9 +139,8 @@ def inverse_map(kind: CellKind, nodes: Array, places: Array) -> Array:
         table = tabulate(kind, reference)
         miss = places - np.einsum("kna,nk->ka", nodes, table.value)
         jacobian = np.einsum("kna,nbk->kab", nodes, table.gradient)
-        steep = (
-            np.abs(np.linalg.det(jacobian)) < 1e-12 * np.abs(jacobian).max(axis=(1, 2)) ** dimension
-        )
+        size = np.abs(jacobian).max(axis=(1, 2)) ** dimension
+        steep = np.abs(np.linalg.det(jacobian)) < 1e-12 * size
         jacobian[steep] = np.eye(dimension)  # a facet seen edge on: left outside by the clip
         before = reference
         reference = reference + np.linalg.solve(jacobian, miss[:, :, None])[:, :, 0].T

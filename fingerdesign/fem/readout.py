@@ -1,6 +1,7 @@
 """Linear functionals of the displacement: strains at points, and what the gages read."""
 
 from collections.abc import Sequence
+from itertools import product
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,6 +18,7 @@ _INSIDE = 1e-6  # barycentric: a point on a face or an edge belongs to both cell
 _NEAR = 0.02  # barycentric: a point just outside a curved or snapped boundary
 _ZERO = 1e-12  # A smaller shape function is zero but for rounding.
 _BENT = 0.1  # Barycentric: a bent plate's face may lie so far outside its own straight cells.
+_STRAIN_ROWS = ((0, 3, 4), (3, 1, 5), (4, 5, 2))  # of xx, yy, zz, xy, xz, yz: by a and b of ab
 _GAUSS_POINTS = 6  # across a gage's width, and along it where its plate is bent
 
 
@@ -149,20 +151,13 @@ def _value_at_origin(offsets: Array) -> Array:
 
 def _strain_from_gradient(mesh: Mesh, nodes: IntArray, even: Array, odd: Array) -> sp.csr_matrix:
     """Strain rows of recovered gradients; du_a/dx_b is odd in z where just one of a, b is z."""
-    dimension = mesh.dimension
-    rows: list[IntArray] = []
-    columns: list[IntArray] = []
-    values: list[Array] = []
-    shears = {(0, 1): 3, (0, 2): 4, (1, 2): 5}
-    for a in range(dimension):
-        column = (nodes * dimension + a).ravel()
-        for b in range(dimension):
-            row = a if a == b else shears[(min(a, b), max(a, b))]
-            rows.append(np.full(column.shape, row))
-            columns.append(column)
-            values.append((odd if (a == 2) != (b == 2) else even)[:, :, b].ravel())
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return sp.csr_matrix(entries, shape=(6, mesh.points.size))
+    dimension, entries = mesh.dimension, []
+    for a, b in product(range(dimension), repeat=2):
+        value = (odd if (a == 2) != (b == 2) else even)[:, :, b].ravel()
+        row = np.full(value.shape, _STRAIN_ROWS[a][b])
+        entries.append((value, row, (nodes * dimension + a).ravel()))
+    values, rows, columns = (np.concatenate(each) for each in zip(*entries, strict=True))
+    return sp.csr_matrix((values, (rows, columns)), shape=(6, mesh.points.size))
 
 
 def gage_rows(
@@ -228,10 +223,7 @@ def gage_shares(frame: PlateFrame, length: float, v: float) -> tuple[Array, Arra
     radius = frame.bend_radius + v
     end = 0.5 * length * frame.bend_radius / radius  # s is measured along the mid-surface
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
-    inner = [
-        frame.upward(end * node) * (0.5 * w / radius)
-        for node, w in zip(nodes, weights, strict=True)
-    ]
+    inner = [frame.upward(s) * w for s, w in zip(end * nodes, 0.5 * weights / radius, strict=True)]
     ends = [frame.tangent(end) / length, -frame.tangent(-end) / length]
     return np.concatenate([[end, -end], end * nodes]), np.array([*ends, *inner])
 
@@ -290,15 +282,13 @@ def plate_strain_rows(
     level = float(frame.local(point[None])[0, 1]) / frame.thickness
     (facet,), reference = _holding(sheet, places_on(frame, point[None]))
     slope = sheet.slopes(reference.T)[facet, 0]  # (k, a)
-    size, count = sheet.dimension, len(slope)
-    local = np.zeros((3, 3, 2, count, dimension))  # along, through, across
-    axis_of = (0, 2)
-    for a in range(size):
-        for b in range(size):
-            for side, share in enumerate((0.5 + level, 0.5 - level)):
-                part = 0.5 * share * slope[:, a, None] * sheet.tangents[b]
-                local[axis_of[a], axis_of[b], side] += part
-                local[axis_of[b], axis_of[a], side] += part
+    local = np.zeros((3, 3, 2, len(slope), dimension))  # along, through, across
+    axes = list(enumerate((0, 2)[: sheet.dimension]))
+    for (a, one), (b, two) in product(axes, repeat=2):
+        for side, share in enumerate((0.5 + level, 0.5 - level)):
+            part = 0.5 * share * slope[:, a, None] * sheet.tangents[b]
+            local[one, two, side] += part
+            local[two, one, side] += part
     squeeze = poissons_ratio / (1.0 - poissons_ratio)
     local[1, 1] = -squeeze * (local[0, 0] + local[2, 2])
     vectors = frame.direction(np.stack([frame.axis, frame.normal]))

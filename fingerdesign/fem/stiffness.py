@@ -64,10 +64,8 @@ def stiffness_blocks(
         product = np.matmul((flat * weights[:, :, None]).transpose(0, 2, 1), flat)
         size = len(table.value)
         product = product.reshape(len(part), size, dimension, size, dimension)
-        pairs = product[:, rows, :, columns, :]  # (pairs, c, d, d)
-        blocks[:, part] = isotropic(pairs, first[part], shear[part]).reshape(
-            len(rows), len(part), -1
-        )
+        pairs = isotropic(product[:, rows, :, columns, :], first[part], shear[part])
+        blocks[:, part] = pairs.reshape(len(rows), len(part), -1)
     return rows, columns, blocks
 
 
@@ -93,16 +91,13 @@ def sum_blocks(rows: IntArray, columns: IntArray, blocks: Array, nodes: int) -> 
     position = np.argsort(key)
     ordered = key[position]
     start = np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
-    add = sp.csr_matrix(
-        (np.ones(len(key)), position, np.append(start, len(key))), shape=(len(start), len(key))
-    )
+    ends, shape = np.append(start, len(key)), (len(start), len(key))
+    add = sp.csr_matrix((np.ones(len(key)), position, ends), shape=shape)
     summed = add @ blocks.reshape(-1, width)
     row, column = np.divmod(ordered[start], nodes)
     pointer = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=nodes))])
-    matrix = sp.bsr_matrix(
-        (summed.reshape(-1, dimension, dimension), column, pointer),
-        shape=(nodes * dimension, nodes * dimension),
-    ).tocsr()
+    entries = summed.reshape(-1, dimension, dimension), column, pointer
+    matrix = sp.bsr_matrix(entries, shape=(nodes * dimension, nodes * dimension)).tocsr()
     # A node's own block comes first in its rows: what of it lies below the diagonal goes.
     above = np.tile(np.arange(dimension), nodes) * (np.diff(matrix.indptr) > 0)
     upper = np.ones(matrix.nnz, dtype=bool)

@@ -173,12 +173,9 @@ def assemble_system(body: Body) -> System:
     if spread is not None:
         fixed = fixed.reshape(mesh.points.shape)[np.unique(mesh.corners)].reshape(-1)
     first, shear = lame_parameters(youngs_modulus, poissons_ratio)
+    degree, lame = 1 if element == "P1" else 2, np.where(inside, 0.0, first) * thickness
     rows, columns, blocks = stiffness_blocks(
-        mesh.points,
-        mesh.cells,
-        np.where(inside, 0.0, first) * thickness,
-        shear * thickness,
-        degree=1 if element == "P1" else 2,
+        mesh.points, mesh.cells, lame, shear * thickness, degree
     )
     nodes = fixed.size // mesh.dimension
     whole = sum_blocks(cells[:, rows].T, cells[:, columns].T, blocks, nodes)

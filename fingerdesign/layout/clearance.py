@@ -105,11 +105,8 @@ def core_clearance(body: Body) -> float:
     own = np.array([core.width_mm, body.core_depth_mm])
     ends = np.abs(own - [body.width_mm, body.depth_mm]) < 1e-6
     half, top = 0.5 * own - LEAST_CLEARANCE_MM * ends, core.bottom_mm + core.height_mm
-    lines = [
-        np.linspace(-half[0], half[0], _CORE_SAMPLES),
-        np.linspace(core.bottom_mm, top, _CORE_SAMPLES),
-        np.linspace(-half[1], half[1], _CORE_SAMPLES),
-    ]
+    corners = (-half[0], core.bottom_mm, -half[1]), (half[0], top, half[1])
+    lines = np.linspace(*corners, _CORE_SAMPLES).T
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
     walls = [f.samples for f in step_facts(body.step).faces if f.name in ("side", "end")]
     x, y, z = np.vstack([np.zeros((0, 3)), *walls]).T

@@ -121,10 +121,8 @@ def _fits(
 
 def _growth(design: Design, type_: GageType, room: tuple[float, float]) -> float:
     """The share by which plates must grow for a type: of both their sizes, together."""
-    needed = _needed(design, type_)
-    return sum(
-        max(size / max(free, 0.01) - 1.0, 0.0) for size, free in zip(needed, room, strict=True)
-    )
+    sizes = zip(_needed(design, type_), room, strict=True)
+    return sum(max(size / max(free, 0.01) - 1.0, 0.0) for size, free in sizes)
 
 
 def _apart(design: Design, type_: GageType) -> tuple[float, float]:

@@ -69,17 +69,8 @@ def _frame(
     span: float,
 ) -> PlateFrame:
     """A row's plate at a place and angle in its section plane."""
-    return PlateFrame(
-        index,
-        *place,
-        row.length_mm,
-        row.thickness_mm,
-        middle - 0.5 * span,
-        middle + 0.5 * span,
-        row.along,
-        bend,
-        holes_of(row, middle, span),
-    )
+    box = row.length_mm, row.thickness_mm, middle - 0.5 * span, middle + 0.5 * span
+    return PlateFrame(index, *place, *box, row.along, bend, holes_of(row, middle, span))
 
 
 def row_frames(body: Body, row: Plates, first: int) -> list[PlateFrame]:

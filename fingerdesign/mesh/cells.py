@@ -148,9 +148,8 @@ def outer_facets(cells: IntArray) -> list[IntArray]:
 def _outer(cells: IntArray, facets: Sequence[tuple[int, ...]]) -> IntArray:
     """Those of the cells' facets, by their corners, that belong to one cell only."""
     every = np.concatenate([cells[:, part] for part in facets])
-    _, first, uses = np.unique(
-        np.sort(every, axis=1), axis=0, return_index=True, return_counts=True
-    )
+    own = np.sort(every, axis=1)
+    _, first, uses = np.unique(own, axis=0, return_index=True, return_counts=True)
     return np.asarray(every[first[uses == 1]])
 
 
@@ -162,11 +161,7 @@ def split_prisms(low: IntArray, high: IntArray) -> IntArray:
     """
     order = np.argsort(low, axis=1)
     low, high = (np.take_along_axis(each, order, axis=1) for each in (low, high))
-    parts = [
-        np.column_stack([low, high[:, 2]]),
-        np.column_stack([low[:, :2], high[:, 1:]]),
-        np.column_stack([low[:, 0], high]),
-    ]
+    parts = [np.hstack([low[:, : 3 - k], high[:, 2 - k :]]) for k in range(3)]
     return np.stack(parts, axis=1).reshape(-1, 4)
 
 

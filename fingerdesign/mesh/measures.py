@@ -1,5 +1,7 @@
 """Measures of cells: angles, aspects, edges, straight and curved volumes (numpy only)."""
 
+from itertools import product
+
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
@@ -26,7 +28,11 @@ _EXACT = {
 }
 # Volume of a straight cell over its Jacobian.
 _SHARE = {TRIANGLE: 0.5, TETRA: 1.0 / 6.0, PRISM: 0.5}
+# Surface over thrice the volume of regular cells of edge 1.
+_REGULAR = {TETRA: 2.0 * np.sqrt(6.0), PRISM: (0.5 * np.sqrt(3.0) + 3.0) / (0.75 * np.sqrt(3.0))}
 _PRISM_TETRAHEDRA = ((0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3))
+# Weights and places of a rule of degree 4 on triangles, of three points each.
+_SIX_POINTS = (0.223381589678011, 0.108103018168070), (0.109951743655322, 0.816847572980459)
 _LINEAR = {2: LINE, 3: TRIANGLE, 4: TETRA, 6: PRISM}  # The kind of cells by their corners.
 
 
@@ -84,11 +90,8 @@ def curved_volumes(points: Array, cells: IntArray) -> Array:
     nodes = points[cells[bent]]
     if kind is PRISM:
         simpson = ((0.0, 1.0 / 6.0), (0.5, 2.0 / 3.0), (1.0, 1.0 / 6.0))
-        samples = [
-            (np.append(place, height), weight * part)
-            for place, weight in _EXACT[TRIANGLE]
-            for height, part in simpson
-        ]
+        pairs = product(_EXACT[TRIANGLE], simpson)
+        samples = [(np.append(place, z), weight * part) for (place, weight), (z, part) in pairs]
     else:
         samples = _EXACT[kind]
     total = sum(weight * jacobians(kind, nodes, place) for place, weight in samples)
@@ -212,11 +215,7 @@ def aspects(points: Array, corners: IntArray) -> Array:
         around = lengths.sum(axis=1)
         return np.asarray(longest * around / volume / (4.0 * np.sqrt(3.0)))
     surface = np.sum([flat_areas(points, corners[:, facet]) for facet in kind.facets], axis=0)
-    # Edge 1: a tetrahedron's surface over thrice its volume, and a prism's.
-    regular = (
-        2.0 * np.sqrt(6.0) if kind is TETRA else (0.5 * np.sqrt(3.0) + 3.0) / (0.75 * np.sqrt(3.0))
-    )
-    return np.asarray(longest * surface / (3.0 * volume) / regular)
+    return np.asarray(longest * surface / (3.0 * volume) / _REGULAR[kind])
 
 
 def flat_areas(points: Array, corners: IntArray) -> Array:
@@ -233,10 +232,7 @@ def curved_areas(points: Array, facets: IntArray) -> Array:
     if facet_kind(facets) is SQUARE:
         return _square_areas(nodes)
     total = np.zeros(len(facets))
-    for weight, inner in (
-        (0.223381589678011, 0.108103018168070),
-        (0.109951743655322, 0.816847572980459),
-    ):
+    for weight, inner in _SIX_POINTS:
         outer = 0.5 * (1.0 - inner)
         for spot in range(3):
             b = np.full(3, outer)

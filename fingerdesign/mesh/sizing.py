@@ -87,9 +87,8 @@ class MeshSizes:
 
     def scaled(self, factor: float) -> Self:
         """The same field with every length multiplied by ``factor``."""
-        return replace(
-            self, contact=self.contact * factor, plate=self.plate * factor, far=self.far * factor
-        )
+        contact, plate, far = (factor * each for each in (self.contact, self.plate, self.far))
+        return replace(self, contact=contact, plate=plate, far=far)
 
 
 @dataclass(frozen=True)

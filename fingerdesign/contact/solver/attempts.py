@@ -52,9 +52,8 @@ class Task:
     try_slow_methods: bool = True
 
     def newton(self, start: Array, factor: float = 0.05, most: int = 40) -> NewtonResult:
-        return newton(
-            self.compliance, self.offset, self.friction, start, factor, self.inverse, most
-        )
+        own = self.compliance, self.offset, self.friction
+        return newton(*own, start, factor, self.inverse, most)
 
     def warm(self) -> NewtonResult:
         """Newton from the guess, its contact updated: mostly 3 to 6 steps. Newton from the last

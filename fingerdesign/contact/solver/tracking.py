@@ -197,15 +197,9 @@ class Tracker:
             start = known.multiplier[nodes].reshape(-1) - dsymv(1.0, base.half, drift)
             system = self._chosen(base, known, status[nodes], astray)
             mine = nodes[system.nodes]
-            found = self._newton(
-                base,
-                system,
-                start,
-                rest[mine].reshape(-1),
-                ahead[mine].reshape(-1),
-                None if begun else status[mine],
-                known.largest,
-            )
+            still, moved = rest[mine].reshape(-1), ahead[mine].reshape(-1)
+            first = None if begun else status[mine]
+            found = self._newton(base, system, start, still, moved, first, known.largest)
             if found is None:
                 return None
             x, point, residual, iterations = found

@@ -125,19 +125,11 @@ def _groups(body: Body, own: BoolArray, numbers: IntArray, scale: float) -> tupl
     for mixed in (True, False):
         chosen = np.flatnonzero(own == mixed)
         for start in range(0, len(chosen), _CELLS):
-            part = chosen[start : start + _CELLS]
-            pressures = mesh.points.size + numbers[start : start + _CELLS] if mixed else None
-            found.append(
-                group(
-                    mesh.points,
-                    mesh.cells[part],
-                    first[part],
-                    shear[part],
-                    body.thickness,
-                    pressures,
-                    scale,
-                )
-            )
+            some = slice(start, start + _CELLS)
+            part, points = chosen[some], mesh.points
+            pressures = points.size + numbers[some] if mixed else None
+            given = mesh.cells[part], first[part], shear[part]
+            found.append(group(points, *given, body.thickness, pressures, scale))
     return tuple(found)
 
 

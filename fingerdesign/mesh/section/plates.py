@@ -70,24 +70,17 @@ def _add_plate(
     outline: Outline, frame: PlateFrame, domain: int, gage_length: float, sizes: SectionMesh
 ) -> None:
     """Add a solid plate as a domain, fine at its square ends."""
-    along = np.array(_stations(frame, gage_length))
+    along, size = np.array(_stations(frame, gage_length)), sizes.plate_end_size_mm
     last = len(along) - 1
-    rows = []
-    for side in (-0.5, 0.5):
-        where = frame.from_local(along, side * frame.thickness)
-        size = sizes.plate_end_size_mm
-        rows.append(
-            [
-                outline.point(x, y, size if k in (0, last) else None)
-                for k, (x, y) in enumerate(where)
-            ]
-        )
-    lower, upper = rows
+    lower, upper = (
+        [outline.point(x, y, size if k in (0, last) else None) for k, (x, y) in enumerate(where)]
+        for where in (frame.from_local(along, side * frame.thickness) for side in (-0.5, 0.5))
+    )
     for k in range(last):
         _add_face(outline, frame, (lower[k], lower[k + 1]), domain, sizes)
         _add_face(outline, frame, (upper[k + 1], upper[k]), domain, sizes)
-    outline.curve([lower[-1], upper[-1]], domain, BODY, sizes.plate_end_size_mm)
-    outline.curve([upper[0], lower[0]], domain, BODY, sizes.plate_end_size_mm)
+    outline.curve([lower[-1], upper[-1]], domain, BODY, size)
+    outline.curve([upper[0], lower[0]], domain, BODY, size)
     outline.domains.append((domain, sizes.plate_size_mm))
 
 

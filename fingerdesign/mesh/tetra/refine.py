@@ -56,9 +56,8 @@ def _halves(
     """
     pairs = np.array(TETRA_EDGES)
     ends = np.sort(tets[:, pairs].reshape(-1, 2), axis=1)
-    keys, first, of_edge = np.unique(
-        ends[:, 0] * len(points) + ends[:, 1], return_index=True, return_inverse=True
-    )
+    names = ends[:, 0] * len(points) + ends[:, 1]
+    keys, first, of_edge = np.unique(names, return_index=True, return_inverse=True)
     of_edge, edges = of_edge.reshape(len(tets), 6), ends[first]
     rank = np.empty(len(keys))
     rank[np.argsort(length.reshape(-1)[first], kind="stable")] = np.arange(len(keys))
