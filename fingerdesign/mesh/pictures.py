@@ -61,16 +61,13 @@ def cropped(image: NDArray[Any]) -> NDArray[Any]:
     return image[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
 
 
-def draw_mesh(mesh: Mesh, path: Path, name: str = "") -> Path:
+def draw_mesh(mesh: Mesh, path: Path, name: str) -> Path:
     """Write a PNG of a mesh: a section seen along -z, a half model with its mid-plane in front, a
     whole one next to itself cut open at z = 0. ``name``: the design's, for the title.
 
     MeshError where nothing can be rendered (no off-screen graphics on this machine).
     """
-    part = np.where(mesh.parts["core"], 2, np.minimum(mesh.regions, 1))
-    whole = mesh.dimension == 3 and not mesh.symmetric
-    data = {"points": placed(mesh), "cells": mesh.corners, "part": part}
-    return drawn(paint_mesh, path, data, picture_title(mesh, name), whole)
+    return drawn(paint_mesh, path, mesh, name)
 
 
 def drawn(paint: Function, path: Path, *arguments: Any) -> Path:
@@ -83,19 +80,20 @@ def drawn(paint: Function, path: Path, *arguments: Any) -> Path:
     return path
 
 
-def picture_title(mesh: Mesh, name: str = "") -> str:
+def picture_title(mesh: Mesh, name: str) -> str:
     """Title of a picture: the design, the part of it that is shown, the number of elements."""
     shown = "the section z = 0"
     if mesh.dimension == 3:
         shown = "the half z >= 0" if mesh.symmetric else "the whole finger, and cut open at z = 0"
-    about = f"{shown}; {len(mesh.cells)} elements ({mesh.mesher})"
-    return f"{name}: {about}" if name else about
+    return f"{name}: {shown}; {len(mesh.cells)} elements ({mesh.mesher})"
 
 
-def paint_mesh(data: dict[str, NDArray[Any]], title: str, whole: bool, target: Path) -> None:
+def paint_mesh(mesh: Mesh, name: str, target: Path) -> None:
     """Draw a PNG; runs in its process. VTK's errors pass: the caller gets the last line of them."""
     import pyvista
 
+    part = np.where(mesh.parts["core"], 2, np.minimum(mesh.regions, 1))
+    whole = mesh.dimension == 3 and not mesh.symmetric
     plotter = pyvista.Plotter(
         off_screen=True,
         window_size=[SIZE[0] * (1 + whole), SIZE[1]],
@@ -104,11 +102,11 @@ def paint_mesh(data: dict[str, NDArray[Any]], title: str, whole: bool, target: P
     )
     for column in range(1 + whole):
         plotter.subplot(0, column)
-        _draw(plotter, data, cut=column == 1)
+        _draw(plotter, mesh, part, cut=column == 1)
     plotter.subplot(0, 0)
-    plotter.add_text(title, position="upper_left", font_size=14, color="black")
+    plotter.add_text(picture_title(mesh, name), position="upper_left", font_size=14, color="black")
     parts = zip(("elastomer", "plates", "core"), (SILICONE, BRONZE, CORE), strict=True)
-    shown = [list(part) for k, part in enumerate(parts) if (data["part"] == k).any()]
+    shown = [list(each) for k, each in enumerate(parts) if (part == k).any()]
     # VTK writes each word in the colour of its part: only a dark ground shows them all.
     plotter.add_legend(
         shown,
@@ -121,26 +119,25 @@ def paint_mesh(data: dict[str, NDArray[Any]], title: str, whole: bool, target: P
     plotter.screenshot(str(target))
 
 
-def _draw(plotter: Any, data: dict[str, NDArray[Any]], cut: bool) -> None:
+def _draw(plotter: Any, mesh: Mesh, part: IntArray, cut: bool) -> None:
     """The mesh; ``cut``: of the rubber z <= 0, with plates and core standing out of it."""
-    points, cells, part = data["points"], data["cells"], data["part"]
     plotter.set_background("white")
     for number, colour in enumerate((SILICONE, BRONZE, CORE)):
         rows = part == number
         if rows.any():
-            grid = grid_of(points, cells[rows])
+            grid = grid_of(placed(mesh), mesh.corners[rows])
             shown = cut_open(grid) if cut and number == 0 else grid
             plotter.add_mesh(shown, color=colour, show_edges=True, edge_color=EDGES, ambient=0.3)
-    if cells.shape[1] == 3:
+    if mesh.dimension == 2:
         plotter.view_xy()
     else:
         view(plotter)
     plotter.camera.zoom(1.15)
 
 
-def draw_angles(axes: Any, data: dict[str, NDArray[Any]], about: dict[str, Any]) -> None:
+def draw_angles(axes: Any, report: QualityReport, least: Array) -> None:
     """All angles as bars, the least of each element as steps, the least of all as a line."""
-    edges, counts, least = data["edges"], data["counts"], data["least"]
+    edges, counts = (np.array(report.dihedral_histogram[key]) for key in ("edges_deg", "counts"))
     width = np.diff(edges)
     share = 100.0 * counts / max(counts.sum(), 1.0)
     axes.bar(edges[:-1], share, width, align="edge", color="#cfd8e3", edgecolor="#33475b", lw=0.5)
@@ -152,8 +149,8 @@ def draw_angles(axes: Any, data: dict[str, NDArray[Any]], about: dict[str, Any])
     axes.set_xlabel("degrees")
     axes.set_ylabel("per cent")
     axes.set_title(
-        f"{about['angle']}s: all (grey), the least of each element (blue)\n"
-        f"least of all {least.min():.1f} deg (red), {about['inverted']} inverted",
+        f"{_angle(report)}s: all (grey), the least of each element (blue)\n"
+        f"least of all {least.min():.1f} deg (red), {report.inverted_elements} inverted",
         loc="left",
         fontsize=9.5,
     )
@@ -191,31 +188,14 @@ def draw_quality(
 
     MeshError where nothing can be rendered.
     """
-    least = cell_angles(mesh.points, mesh.corners).min(axis=1)
-    where, nodes = _interest(mesh)
-    worst = near_cut(mesh, [row["element"] for row in report.worst[:MARKED]])
-    arrays: dict[str, Any] = {
-        "points": placed(mesh),
-        "cells": mesh.corners,
-        "least": least,
-        "inner": mesh.regions > 0,
-        "close": placed(mesh)[nodes],
-        "worst": placed(mesh)[mesh.corners[worst]].mean(axis=1),
-        "counts": np.array(report.dihedral_histogram["counts"]),
-        "edges": np.array(report.dihedral_histogram["edges_deg"]),
-    }
     ratios = requested.ratios(mesh.points, mesh.corners)
     zones = size_zones(mesh, requested)
-    arrays["ratios"] = {zone: ratios[rows] for zone, rows in zones.items() if rows.any()}
-    about = {
-        "title": f"{design.design.name}: {report.elements} elements ({report.mesher}), "
-        f"{report.dofs} dofs{', cut flat at z = 0' * (report.modelled == 'whole')}",
-        "angle": "dihedral angle" if report.dimension == 3 else "angle",
-        "inverted": report.inverted_elements,
-        "where": where,
-        "worst": min(MARKED, len(report.worst)),
-    }
-    return drawn(paint_quality, path, arrays, about)
+    by_zone = {zone: ratios[rows] for zone, rows in zones.items() if rows.any()}
+    return drawn(paint_quality, path, mesh, report, by_zone, design.design.name)
+
+
+def _angle(report: QualityReport) -> str:
+    return "dihedral angle" if report.dimension == 3 else "angle"
 
 
 def near_cut(mesh: Mesh, cells: list[int]) -> IntArray:
@@ -240,8 +220,10 @@ def _interest(mesh: Mesh) -> tuple[str, IntArray]:
     return ("close to the core" if core.any() else "at the crest"), np.unique(mesh.cells[core])
 
 
-def paint_quality(data: dict[str, Any], about: dict[str, Any], target: Path) -> None:
-    """Draw what ``draw_quality`` prepared; runs in its process."""
+def paint_quality(
+    mesh: Mesh, report: QualityReport, ratios: dict[str, Array], name: str, target: Path
+) -> None:
+    """Draw what ``draw_quality`` describes; runs in its process."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -249,34 +231,38 @@ def paint_quality(data: dict[str, Any], about: dict[str, Any], target: Path) -> 
 
     figure = plt.figure(figsize=(14.0, 8.2), dpi=110, layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=[1.6, 1.0], height_ratios=[1.25, 1.0])
-    titles = (about["title"], about["where"])
-    for row, (close, title) in enumerate(zip((False, True), titles, strict=True)):
+    least = cell_angles(mesh.points, mesh.corners).min(axis=1)
+    worst = [row["element"] for row in report.worst[:MARKED]]
+    near = near_cut(mesh, worst)
+    whole = f"{name}: {report.elements} elements ({report.mesher}), {report.dofs} dofs"
+    whole += ", cut flat at z = 0" if report.modelled == "whole" else ""
+    for row, (title, close) in enumerate(((whole, None), _interest(mesh))):
         scene = figure.add_subplot(grid[row, 0])
-        scene.imshow(cropped(_cut_open(data, close)))
+        scene.imshow(cropped(_cut_open(mesh, least, near, close)))
         scene.set_axis_off()
         scene.set_title(title, loc="left", fontsize=11, fontweight="bold" if row == 0 else None)
     scale = plt.cm.ScalarMappable(plt.Normalize(0.0, _SATURATED), "viridis")
-    worst, ringed = about["worst"], len(data["worst"])
-    rings = f"the {worst} worst"
-    if ringed < worst:
-        rings = f"of {rings} the {ringed} near the cut" if ringed else "none near the cut"
-    label = f"least {about['angle']} of an element, degrees; red rings: {rings}"
+    rings = f"the {len(worst)} worst"
+    if len(near) < len(worst):
+        rings = f"of {rings} the {len(near)} near the cut" if len(near) else "none near the cut"
+    label = f"least {_angle(report)} of an element, degrees; red rings: {rings}"
     figure.colorbar(scale, ax=scene, location="bottom", aspect=40, extend="max", label=label)
-    draw_angles(figure.add_subplot(grid[0, 1]), data, about)
-    draw_ratios(figure.add_subplot(grid[1, 1]), data["ratios"])
+    draw_angles(figure.add_subplot(grid[0, 1]), report, least)
+    draw_ratios(figure.add_subplot(grid[1, 1]), ratios)
     figure.savefig(target)
 
 
-def _cut_open(data: dict[str, Any], close: bool) -> NDArray[Any]:
-    """Pixels of a view of what lies behind z = 0, rings about its worst elements."""
+def _cut_open(mesh: Mesh, least: Array, worst: IntArray, close: IntArray | None) -> NDArray[Any]:
+    """Pixels of a view of what lies behind z = 0, coloured by the least angles (c,), rings about
+    the ``worst`` cells; close: the nodes to look at (none: all from near), None: from afar."""
     import pyvista
 
-    points, cells, flat = data["points"], data["cells"], data["cells"].shape[1] == 3
-    size = [VIEW[0], VIEW[1] * 3 // 4 if close else VIEW[1]]
+    points, cells = placed(mesh), mesh.corners
+    size = [VIEW[0], VIEW[1] if close is None else VIEW[1] * 3 // 4]
     plotter = pyvista.Plotter(off_screen=True, window_size=size)
     plotter.set_background("white")
     grid = grid_of(points, cells)
-    grid.cell_data["least"] = data["least"]
+    grid.cell_data["least"] = least
     plotter.add_mesh(
         cut_open(grid),
         scalars="least",
@@ -288,15 +274,15 @@ def _cut_open(data: dict[str, Any], close: bool) -> NDArray[Any]:
         show_scalar_bar=False,
         ambient=0.45,
     )
-    if data["inner"].any():
-        inner = cut_open(grid_of(points, cells[data["inner"]]))
+    if mesh.regions.any():
+        inner = cut_open(grid_of(points, cells[mesh.regions > 0]))
         lines = inner.extract_surface().extract_feature_edges(30.0)
         if lines.n_cells:
             plotter.add_mesh(lines, color="black", line_width=2.0)
-    if len(data["worst"]):
+    if len(worst):
         plotter.add_point_labels(
-            data["worst"],
-            ["O"] * len(data["worst"]),
+            points[cells[worst]].mean(axis=1),
+            ["O"] * len(worst),
             text_color="#e0102a",
             font_size=26,
             shape=None,
@@ -305,12 +291,12 @@ def _cut_open(data: dict[str, Any], close: bool) -> NDArray[Any]:
             justification_horizontal="center",
             justification_vertical="center",
         )
-    if not (flat or close):
+    if close is None and mesh.dimension == 3:
         view(plotter)
-    elif not close:
+    elif close is None:
         plotter.view_xy()
     else:
-        near = data["close"] if len(data["close"]) else points
+        near = points[close] if len(close) else points
         (left, bottom, _), (right, *_) = near.min(axis=0), near.max(axis=0)
         plotter.enable_parallel_projection()
         plotter.view_xy(bounds=(left, right, bottom, points[:, 1].max(), 0.0, 0.0))
