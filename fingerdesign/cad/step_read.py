@@ -1,7 +1,6 @@
-"""A STEP file -> a body whose faces numpy computes with; runs in a process of its own.
+"""A STEP file -> a body whose faces numpy computes with (step_faces.py); in a process of its own.
 
-Planes, cylinders, cones and spheres keep their closed form; every other surface becomes a NURBS
-surface, compared with the kernel's own. Importing this module loads the CAD kernel.
+Importing this module loads the CAD kernel.
 """
 
 import hashlib
