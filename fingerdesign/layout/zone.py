@@ -61,14 +61,11 @@ def contact_half_width(design: Design, approach_mm: float, object_curvature: flo
         return most
     height, nu = float(crest_height(body)), design.material_of("body").poissons_ratio
     deep = 2.0 * height * math.exp(-0.5 * nu / (1.0 - nu))
-
-    def approach(a: float) -> float:
-        return a * a * across / 2.0 * math.log1p(deep / a)
-
     low, high = 0.0, most
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if approach(middle) < approach_mm else (low, middle)
+        reached = middle * middle * across / 2.0 * math.log1p(deep / middle)
+        low, high = (middle, high) if reached < approach_mm else (low, middle)
     return low
 
 

@@ -9,10 +9,9 @@ shear which it carries only while closed. As it stands the bound is continuous, 
 and an increment whose motion is given has an answer for the same reason as with Coulomb's law.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import inf, isfinite
+from typing import Self
 
 import numpy as np
 
@@ -78,7 +77,7 @@ class FrictionLaw:
         """Coulomb's coefficient, or the law as a text."""
         return self.coefficient if self.is_coulomb else str(self)
 
-    def scaled(self, share: float) -> FrictionLaw:
+    def scaled(self, share: float) -> Self:
         """The law with ``share`` > 0 times the bound, but for its first touch."""
         mu, strength, cap = (share * each for each in (self.coefficient, self.strength, self.cap))
         return replace(self, coefficient=mu, strength=strength, cap=cap)

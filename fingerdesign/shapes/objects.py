@@ -131,15 +131,15 @@ def touching(
     for _ in range(_ROUNDS):
         low = np.maximum(centre - half, [-half_width, -half_depth])
         high = np.minimum(centre + half, [half_width, half_depth])
-        x, z = np.meshgrid(*np.linspace(low, high, _GRID).T, indexing="ij")
+        grid = np.meshgrid(*np.linspace(low, high, _GRID).T, indexing="ij")
+        x, z = (axis.ravel() for axis in grid)
         with np.errstate(invalid="ignore"):
-            gap = rigid.underside(x.ravel(), z.ravel()) - surface(x.ravel(), z.ravel())
+            gap = rigid.underside(x, z) - surface(x, z)
         gap = np.where(np.isnan(gap), np.inf, gap)  # no surface there: a round finger's corners
         # Where the gap is level (a flat plane along a straight finger) the middle is as good.
         least = np.flatnonzero(gap <= gap.min() + 1e-14 * (half_width + half_depth))
-        offset = np.hypot(x.ravel()[least], z.ravel()[least])
-        best = least[np.argmin(offset)]
-        centre = np.array([x.ravel()[best], z.ravel()[best]])
+        best = least[np.argmin(np.hypot(x[least], z[least]))]
+        centre = np.array([x[best], z[best]])
         half = half * _ZOOM
     y = float(surface(centre[:1], centre[1:])[0])
     drop = float(rigid.underside(centre[:1], centre[1:])[0])

@@ -5,8 +5,6 @@ compiler is at hand kernel.c does the same work; where none is, tracking.py does
 the answers agree to rounding.
 """
 
-from __future__ import annotations
-
 import ctypes
 import weakref
 from functools import cache
@@ -83,15 +81,15 @@ class _Law(ctypes.Structure):
         ("areas", _AT),
     ]
 
-    @staticmethod
-    def of(friction: Friction) -> tuple[_Law, Array | None]:
-        """The law, and the areas that must outlive it."""
-        if isinstance(friction, Coulomb):
-            return _Law(friction.coefficient, 0.0, np.inf, 0.0, 1.0, np.inf, None), None
-        assert isinstance(friction, ByPressure)
-        law, areas = friction.law, np.ascontiguousarray(friction.areas, dtype=np.float64)
-        own = law.coefficient, law.strength, law.cap, law.exponent, law.reference, law.steepest
-        return _Law(*own, address(areas)), areas
+
+def _law_of(friction: Friction) -> tuple[_Law, Array | None]:
+    """The law, and the areas that must outlive it."""
+    if isinstance(friction, Coulomb):
+        return _Law(friction.coefficient, 0.0, np.inf, 0.0, 1.0, np.inf, None), None
+    assert isinstance(friction, ByPressure)
+    law, areas = friction.law, np.ascontiguousarray(friction.areas, dtype=np.float64)
+    own = law.coefficient, law.strength, law.cap, law.exponent, law.reference, law.steepest
+    return _Law(*own, address(areas)), areas
 
 
 class _Judged(ctypes.Structure):
@@ -116,7 +114,7 @@ class CompiledTracker(Tracker):
         super().__init__(compliance, self_compliance, friction)
         self._library = library
         m = len(self_compliance)
-        law, self._areas = _Law.of(friction)
+        law, self._areas = _law_of(friction)
         self._follower = library.follower_new(
             *(m, len(compliance) // m, ctypes.addressof(law), self._length),
             *(address(compliance), address(self._rho)),
@@ -216,7 +214,7 @@ class CompiledTracker(Tracker):
             sources = [own, problem.frames, model.reaction_readout, model.balanced, model.rim]
             kinds = [np.float64, np.float64, np.float64, np.bool_, np.bool_]
             arrays = [np.ascontiguousarray(*each) for each in zip(sources, kinds, strict=True)]
-            law, areas = _Law.of(problem.friction)
+            law, areas = _law_of(problem.friction)
             judged = _Judged(*problem.shape, problem.typical_compliance, law, *map(address, arrays))
             self._problem, self._about = problem, (judged, [*arrays, areas])
         return ctypes.addressof(self._about[0])
