@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.arrays import Array
 from fingerdesign.runtime.cache import GARBLED, Cache, code_digest
 from fingerdesign.version import __version__
 
@@ -57,14 +57,14 @@ def load_answers(key: str, modulus: float) -> tuple[Answers, int] | None:
 
     modulus: MPa, to which moduli are relative.
     """
-    found = _store().arrays(f"{key}.npz")
+    found = _stored("models").arrays(f"{key}.npz")
     if found is None:
         return None
     data, about = found
     try:
         size = data["readouts"].shape[1]
         lower = np.zeros((size, size))
-        lower[_lower(size)] = data.pop("compliance")
+        lower[np.tri(size, dtype=bool)] = data.pop("compliance")
         data["compliance"] = lower + np.tril(lower, -1).T
         factor = about["modulus"] / modulus
         for name in _DIVIDED:
@@ -77,20 +77,20 @@ def load_answers(key: str, modulus: float) -> tuple[Answers, int] | None:
 def store_answers(key: str, modulus: float, answers: Answers, dofs: int) -> bool:
     """Store answers under a key; False where the folder cannot be written (the work goes on)."""
     compliance = answers["compliance"]
-    arrays = answers | {"compliance": compliance[_lower(len(compliance))]}
+    arrays = answers | {"compliance": compliance[np.tri(len(compliance), dtype=bool)]}
     about = {"modulus": modulus, "dofs": dofs}
-    return _store().put_arrays(f"{key}.npz", arrays, about, packed=False)
+    return _stored("models").put_arrays(f"{key}.npz", arrays, about, packed=False)
 
 
 def has_fields(key: str) -> bool:
     """True if fields of the model with this key are stored."""
-    return bool(key) and _field_store().path(f"{key}.npz").is_file()
+    return bool(key) and _stored("fields").path(f"{key}.npz").is_file()
 
 
 def load_fields(key: str, modulus: float, forces: Array) -> Array | None:
     """Make the nodal displacements (k, n dim) under contact forces (k, m dim) of stored ones. None
     where the stored loads do not make up these."""
-    found = _field_store().arrays(f"{key}.npz")
+    found = _stored("fields").arrays(f"{key}.npz")
     if found is None:
         return None
     data, about = found
@@ -109,7 +109,7 @@ def store_fields(key: str, modulus: float, forces: Array, fields: Array) -> bool
     """Store fields (k, n dim) with their forces, before those of earlier calls; of all the first
     MOST_FIELDS. False where the folder cannot be written."""
     arrays = {"loads": forces, "fields": fields}
-    if (older := _field_store().arrays(f"{key}.npz")) is not None:
+    if (older := _stored("fields").arrays(f"{key}.npz")) is not None:
         data, about = older
         with suppress(*GARBLED):
             scaled = data["fields"] * (about["modulus"] / modulus)
@@ -117,16 +117,9 @@ def store_fields(key: str, modulus: float, forces: Array, fields: Array) -> bool
                 "loads": np.vstack([forces, data["loads"]])[:MOST_FIELDS],
                 "fields": np.vstack([fields, scaled])[:MOST_FIELDS],
             }
-    return _field_store().put_arrays(f"{key}.npz", arrays, {"modulus": modulus}, packed=False)
+    return _stored("fields").put_arrays(f"{key}.npz", arrays, {"modulus": modulus}, packed=False)
 
 
-def _lower(size: int) -> BoolArray:
-    return np.tri(size, dtype=bool)
-
-
-def _store() -> Cache:
-    return Cache("models", MOST_MODELS, most_MB=MOST_MB)
-
-
-def _field_store() -> Cache:
-    return Cache("fields", MOST_MODELS, most_MB=MOST_MB)
+def _stored(kind: str) -> Cache:
+    """The cache of answers ("models") or of fields ("fields")."""
+    return Cache(kind, MOST_MODELS, most_MB=MOST_MB)

@@ -44,13 +44,13 @@ class Nurbs:
 
     def at(self, u: Array, v: Array) -> Array:
         """Points (n, 3) at parameters (n,)."""
-        found = self._derivative(u, v, 0, 0)
+        found = self._spline(np.column_stack([u, v]), nu=(0, 0))
         return np.asarray(found[:, :3] / found[:, 3:])
 
     def derivatives(self, u: Array, v: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
         """S, S_u, S_v, S_uu, S_uv, S_vv, each (n, 3); continued by its end polynomials."""
-        orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-        sums = [self._derivative(u, v, *order) for order in orders]
+        orders, places = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)), np.column_stack([u, v])
+        sums = [self._spline(places, nu=order) for order in orders]  # of (w S, w), (n, 4)
         (s, su, sv, suu, suv, svv), (weight, wu, wv, wuu, wuv, wvv) = (
             [each[:, part] for each in sums] for part in (slice(0, 3), slice(3, 4))
         )
@@ -60,10 +60,6 @@ class Nurbs:
         by_uv = (suv - wu * by_v - wv * by_u - wuv * point) / weight
         by_vv = (svv - 2.0 * wv * by_v - wvv * point) / weight
         return point, by_u, by_v, by_uu, by_uv, by_vv
-
-    def _derivative(self, u: Array, v: Array, by_u: int, by_v: int) -> Array:
-        """The derivative, so many times by u and by v, of (w S, w), (n, 4)."""
-        return np.asarray(self._spline(np.column_stack([u, v]), nu=(by_u, by_v)))
 
     @cached_property
     def _spline(self) -> Any:
