@@ -50,9 +50,8 @@ def force_response(
     if len(moving):  # the others stick
         system = System(base.inverse, moving, rho[nodes], friction.at(nodes))
         mine = nodes[moving]
-        point = system.at(
-            increment.multiplier[mine].reshape(-1), motion[mine].reshape(-1), status[mine]
-        )
+        here = increment.multiplier[mine].reshape(-1), motion[mine].reshape(-1)
+        point = system.at(*here, status[mine])
         factors = Factors(system, point)
         if not factors.sound:
             raise np.linalg.LinAlgError("the increment's tangent is singular")

@@ -90,10 +90,9 @@ class Linearised:
 
     def model(self, offset: Array) -> ReducedModel:
         """The model that contact sees; ``offset`` (m, dim) mm: displacement without force."""
-        condensed = replace(
-            self.body.at_rest, compliance=self.compliance, load_displacement=offset.ravel()
-        )
-        return reduced_model(condensed, free_ends=self.body.free_ends, depth=self.body.depth)
+        body, moved = self.body, offset.ravel()
+        condensed = replace(body.at_rest, compliance=self.compliance, load_displacement=moved)
+        return reduced_model(condensed, free_ends=body.free_ends, depth=body.depth)
 
 
 def finite_body(

@@ -43,10 +43,8 @@ class Facing:
 
     def gap(self, values: Array, motion: Motion) -> Array:
         """Gaps (m,) mm, true to the object's shape."""
-        trace = self.body.at_rest.trace
-        return trace.surface.mean(
-            self.rigid.distance(self._points(values, motion)), len(trace.nodes)
-        )
+        trace, away = self.body.at_rest.trace, self.rigid.distance(self._points(values, motion))
+        return trace.surface.mean(away, len(trace.nodes))
 
     def problem(
         self,

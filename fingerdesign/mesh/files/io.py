@@ -31,7 +31,7 @@ from fingerdesign.mesh.cells import (
 )
 from fingerdesign.mesh.files.calculix import write_calculix
 from fingerdesign.mesh.files.calculix_read import read_calculix
-from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number
+from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number, region_name
 from fingerdesign.mesh.types import Mesh, in_tetrahedra
 from fingerdesign.runtime.files import whole_file
 
@@ -124,7 +124,7 @@ def read_named(path: Path | str) -> NamedMesh:
     for number, block in enumerate(found.cells):
         if block.type == cell_type and len(block.data):
             rows = np.asarray(block.data, dtype=np.int64)
-            own = _names(found, number, kind.dimension, _region_names)
+            own = _names(found, number, kind.dimension, "region")
             cells.append(tetrahedra_of(rows) if kind is PRISM else rows)
             names.append(np.repeat(own, len(cells[-1]) // len(rows)))
     if not cells:
@@ -143,7 +143,7 @@ def _facets(found: Any, kind: CellKind, types: tuple[str, ...]) -> dict[str, Int
     for number, block in enumerate(found.cells):
         if block.type in types and len(block.data):
             rows = np.asarray(block.data, dtype=np.int64)
-            own = _names(found, number, kind.dimension - 1, _facet_names)
+            own = _names(found, number, kind.dimension - 1, "facet")
             if block.type == SQUARE.quadratic:
                 rows, own = triangles_of(rows), np.repeat(own, 2)
             for name in np.unique(own[own != ""]).tolist():
@@ -187,18 +187,19 @@ def _types(path: Path, names: set[str]) -> tuple[CellKind, str, tuple[str, ...]]
     )
 
 
-def _names(
-    found: Any, number: int, level: int, by_number: Callable[[dict[str, NDArray[Any]]], Names]
-) -> Names:
+def _names(found: Any, number: int, level: int, key: str) -> Names:
     """The name (count,) of each cell of a meshio block, or "": by its numbers, its groups or sets.
 
-    level: the cells' dimension; by_number: names from the data that our own files hold.
+    level: the cells' dimension; key: of the numbers that our own files hold, "region" or "facet".
     """
     data = {key: np.asarray(parts[number]) for key, parts in found.cell_data.items()}
     data = {key: values for key, values in data.items() if values.ndim == 1}
     names = np.full(len(found.cells[number].data), "", dtype=object)
     if "region" in data or "facet" in data:
-        names = by_number(data | {"": np.zeros(len(names))})
+        numbers = np.rint(data.get(key, np.zeros(len(names)))).astype(int)
+        names = _named(numbers, facet_name if key == "facet" else region_name)
+        if key == "region" and "core" in data:
+            names[np.rint(data["core"]) == 1] = "core"
     elif "gmsh:physical" in data:
         for name, (group, dimension) in found.field_data.items():
             if int(dimension) == level:
@@ -207,20 +208,6 @@ def _names(
         if number < len(members) and members[number] is not None and len(members[number]):
             names[np.asarray(members[number], dtype=int)] = name
     return names
-
-
-def _region_names(data: dict[str, NDArray[Any]]) -> Names:
-    values = np.rint(data.get("region", data[""])).astype(int)
-    if values.min(initial=0) < 0:
-        raise MeshError("there are cells in negative regions; 0 is the elastomer")
-    names = _named(values, lambda value: f"plate_{value - 1}" if value else "elastomer")
-    if "core" in data:
-        names[np.rint(data["core"]) == 1] = "core"
-    return names
-
-
-def _facet_names(data: dict[str, NDArray[Any]]) -> Names:
-    return _named(np.rint(data.get("facet", data[""])).astype(int), facet_name)
 
 
 def _named(values: IntArray, name_of: Callable[[int], str]) -> Names:

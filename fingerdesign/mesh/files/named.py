@@ -45,6 +45,13 @@ def region_number(name: str) -> int | None:
     return int(plate[1]) + 1 if plate else None
 
 
+def region_name(number: int) -> str:
+    """The name of a region's number. MeshError for a negative one."""
+    if number < 0:
+        raise MeshError("there are cells in negative regions; 0 is the elastomer")
+    return f"plate_{number - 1}" if number else "elastomer"
+
+
 def facet_number(name: str) -> int:
     """The number of a boundary's name in files that hold no names."""
     if name in FACET_NUMBERS:

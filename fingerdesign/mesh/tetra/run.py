@@ -83,9 +83,8 @@ def run_tetwild(
     fail at random.
     """
     validate_surface(vertices, triangles)
-    grid_points, grid_tets, grid_values = background_grid(
-        field, vertices.min(axis=0), vertices.max(axis=0)
-    )
+    box = vertices.min(axis=0), vertices.max(axis=0)
+    grid_points, grid_tets, grid_values = background_grid(field, *box)
     # Meshed in a space that is squeezed along z: its even tetrahedra come out stretched.
     squeeze = np.array([1.0, 1.0, 1.0 / field.sizes.stretch])
     squeezed = vertices * squeeze
