@@ -99,12 +99,7 @@ class ControllerKind(Kind):
 
 
 def controller(
-    name: str,
-    *,
-    place: int = LAST,
-    table: type | None = None,
-    table_name: str = "",
-    **own: Any,
+    name: str, *, place: int = LAST, table: type | None = None, table_name: str = "", **own: Any
 ) -> Callable[[_Make], _Make]:
     """Register what makes a controller; see :class:`ControllerKind`. table_name: absent: ``name``.
 

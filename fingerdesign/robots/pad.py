@@ -128,12 +128,8 @@ class Pad:
         points = np.zeros((model.nodes, 3))
         points[:, :dim] = model.points
         # Motions (6, m, dim) of the nodes with the axes, and about the origin, of an object.
-        rigid = np.concatenate(
-            [
-                np.broadcast_to(np.eye(3)[:, None], (3, *points.shape)),
-                np.cross(np.eye(3)[:, None], points),
-            ]
-        )[..., :dim]
+        axes = np.broadcast_to(np.eye(3)[:, None], (3, *points.shape))
+        rigid = np.concatenate([axes, np.cross(np.eye(3)[:, None], points)])[..., :dim]
         rigid[self._out] = 0.0
         self._all, self._all_rigid, self._points = problem, rigid, points
         self._all_local = np.einsum("mab,kmb->kma", problem.frames, rigid)
@@ -240,14 +236,8 @@ class Pad:
         gap -= self._tilted(rotation) @ self._far_normal
         gap += self._far_rows @ force.reshape(-1)
         if gap.min() > _NEAR_MM:
-            self._slack, self._checked = (
-                float(gap.min()),
-                (
-                    place.tolist(),
-                    rotation.tolist(),
-                    force,
-                ),
-            )
+            self._slack = float(gap.min())
+            self._checked = place.tolist(), rotation.tolist(), force
             return False
         before, nodes = self._history.state, self._nodes
         count = max(len(nodes) // 2, int((gap < 2.0 * _NEAR_MM).sum()))

@@ -32,15 +32,7 @@ from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.records.result import GripResult
 from fingerdesign.runtime.streams import stream
 from fingerdesign.sensing.perturb.finger import perturb, perturbed_problems
-from fingerdesign.trials.grid import (
-    NONE,
-    Cell,
-    ControlGrid,
-    Tug,
-    faults_of,
-    seed_of,
-    steps_in,
-)
+from fingerdesign.trials.grid import NONE, Cell, ControlGrid, Tug, faults_of, seed_of, steps_in
 
 # A hand that closes against a tug by more than this fraction of an approach step has answered it.
 _ANSWER = 0.5

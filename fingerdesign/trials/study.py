@@ -41,14 +41,7 @@ from fingerdesign.sensing.train.ready import estimator_of
 from fingerdesign.sensing.train.result import estimator_faults
 from fingerdesign.trials import lerobot
 from fingerdesign.trials.bench import GripBench, PerturbedBench
-from fingerdesign.trials.grid import (
-    GOOD_AMPLIFIER,
-    Cell,
-    ControlGrid,
-    faults_of,
-    refuse,
-    seed_of,
-)
+from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, faults_of, refuse, seed_of
 from fingerdesign.trials.page import chart_png, control_html
 from fingerdesign.trials.record import (
     CSV_FILE,

@@ -184,10 +184,7 @@ class _Hand:
     "fixed_force",
     place=2,
     table=FixedForce,
-    tuned=(
-        Range("grip.fixed_force.force_N", 0.5, 40.0),
-        _pull_range("fixed_force"),
-    ),
+    tuned=(Range("grip.fixed_force.force_N", 0.5, 40.0), _pull_range("fixed_force")),
     look=("purple", (0, (1.5, 1.5)), "^"),
 )
 class FixedForceHand(_Hand):
@@ -203,10 +200,7 @@ class FixedForceHand(_Hand):
     "fixed_ratio",
     place=3,
     table=FixedRatio,
-    tuned=(
-        Range("grip.fixed_ratio.ratio", 0.05, 0.8),
-        _pull_range("fixed_ratio"),
-    ),
+    tuned=(Range("grip.fixed_ratio.ratio", 0.05, 0.8), _pull_range("fixed_ratio")),
     look=("#a67c00", (0, (6, 2, 1.5, 2)), "v"),  # ochre, on light and dark paper alike
 )
 class FixedRatioHand(_Hand):

@@ -347,10 +347,7 @@ class _Between:
 
 
 def _until_sliding(
-    evaluate: Callable[[float], ForceSlope | None],
-    here: float,
-    softest: float,
-    friction: float,
+    evaluate: Callable[[float], ForceSlope | None], here: float, softest: float, friction: float
 ) -> None:
     """Shear on from ``here`` until all slides toward +x, or nothing is touched: the last trial.
 

@@ -102,11 +102,6 @@ class Rig:
             inner = CondensedPlant(problem, self.face, self.grip.kinetic_share)
         else:
             inner = LiftPlant.of(
-                self.grip,
-                self.problem,
-                self.face,
-                friction,
-                object_mass_g,
-                self.opposite,
+                self.grip, self.problem, self.face, friction, object_mass_g, self.opposite
             )
         return ImperfectPlant(inner, self.grip.hardware, rng, self.plates)
