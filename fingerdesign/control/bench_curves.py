@@ -16,11 +16,9 @@ before any move are the zero that is taken off. ``samples``: whose mean a row is
 The surface is one plane of known friction coefficient in all phases.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +67,7 @@ class Phase:
     samples: float = 1.0
     trace: Trace | None = None
 
-    def played(self, plant: Plant) -> Phase:
+    def played(self, plant: Plant) -> Self:
         """The same moves on another plant, point by point."""
         samples = [plant.move(*each) for each in self.points.moves]
         again = replace(

@@ -4,8 +4,6 @@ stage at once.
     phases.csv: trace, phase, friction_coefficient [, tilt_deg, samples]
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

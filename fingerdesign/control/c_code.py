@@ -8,12 +8,9 @@ they name in capitals are the numbers here, in features.py and in the regulator'
 are 16-bit integers as in the estimator's file.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from textwrap import fill
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,10 +19,8 @@ from fingerdesign.control import features
 from fingerdesign.control.controllers import friction_belief, regulator
 from fingerdesign.control.estimator import OUTLIER, GripEstimator, in_16_bits
 from fingerdesign.control.features import LAGS, feature_count
+from fingerdesign.design.grip import Grip
 from fingerdesign.runtime.registry import CONTROLLERS, own_values
-
-if TYPE_CHECKING:
-    from fingerdesign.design.grip import Grip
 
 FILES = ("regulator.c", "regulator.h")
 _TEMPLATES = Path(__file__).parent / "templates"

@@ -18,22 +18,18 @@ The surface on the bench is not the object's: its friction is a parameter of the
 without shear, the finger hardly responds to the friction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import Self
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.plants.plant import Plant, PlantMaker, press
 from fingerdesign.control.signals import NormalCalibration, Sample, line_of, response
+from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
-
-if TYPE_CHECKING:
-    from fingerdesign.design.grip import Grip
 
 LEAST_GAGES = 2  # A hand's finger has so many: the rule compares them.
 # The first shear is this fraction of the preload: F_t is then 2 % of F_n, far from slip at any
@@ -91,10 +87,10 @@ class Bounds:
     max_approach: float
     max_steps: int
 
-    @staticmethod
-    def of(grip: Grip) -> Bounds:
+    @classmethod
+    def of(cls, grip: Grip) -> Self:
         """Read a design's ``[grip]`` table."""
-        return Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
+        return cls(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
 
 
 def calibrate(

@@ -1,10 +1,8 @@
 """A grip from the preload to the lift, the slip or the end of the stage."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +11,7 @@ from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.turning import MOST_TURN_DEG
 from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
+from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.foresight import judge_warnings
 from fingerdesign.control.metrics import unsure_at_the_end
 from fingerdesign.control.plants.plant import (
@@ -27,14 +26,10 @@ from fingerdesign.control.plants.plant import (
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.roster import Command, Controller, holds, make_controller
 from fingerdesign.control.signals import Sample
-from fingerdesign.design.grip import pull_at
+from fingerdesign.design.grip import Grip, pull_at
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.result import MOST_FORCE, GripEnding, GripResult
-
-if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.grip import Grip
 
 # The arm raises a lifted object by so much a step, mm: else a tug at an object that barely hangs
 # would only set it down.

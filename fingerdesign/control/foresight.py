@@ -16,8 +16,6 @@ Error       root mean square of the reported less the true stick ratio, over the
             preload at which F_t > 0, before the lift and after. Late samples make it larger.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Judgements of a grip's trace: whether its controller was unsure, and its reaction to a tug."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.records.arrays import GripTrace

@@ -12,8 +12,6 @@ delta F_n alone would cause is taken out first with a normal-only calibration e_
 A is the length of plate positions, linear between gages, where d_i is over a threshold.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

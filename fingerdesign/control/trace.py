@@ -9,8 +9,6 @@ the gages in microstrain; lifted is 0 or 1; temperature is the finger's. Signs a
 would compute with a gap, a NaN or another unit all the same: so such a trace is refused.
 """
 
-from __future__ import annotations
-
 import csv
 import difflib
 import math

@@ -6,8 +6,6 @@ millinewtons by 1e3. Grams-force for newtons (off by 102) show against the closi
 factors are not found.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

@@ -5,8 +5,6 @@ y normal, z along the plates. Descriptions are in metres; the STL files in mm, s
 Simulators take the convex hull of a collision mesh, so the hull is what is written.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

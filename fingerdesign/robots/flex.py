@@ -6,8 +6,6 @@ nine at the base pinned; with the integrator "discrete" that runs at 2 ms. It ha
 plates and a core do not stiffen it. Forces and gages are the pad's (robots/pad.py).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

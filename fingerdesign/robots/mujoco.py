@@ -18,8 +18,6 @@ so a step's least mass is k h^2 / 4. A step longer than SHARE of h is cut into e
 Needs the extra ``mujoco`` (``pip install fingerdesign[mujoco]``).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -23,8 +23,6 @@ where the bound fails they are computed, and below _NEAR_MM more nodes join: ans
 all nodes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import degrees, isfinite, radians
 

@@ -5,13 +5,11 @@ controller that knows of them what a hand would know. A bench is in a form that 
 process.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, Self
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.contact.gross_slip import meeting
@@ -93,7 +91,7 @@ class GripBench:
             self._calibrations[noise] = calibrated(self.problem, self.face, *own)
         return self._calibrations[noise]
 
-    def with_grip(self, grip: Grip) -> GripBench:
+    def with_grip(self, grip: Grip) -> Self:
         """The same bench for other settings of the controllers.
 
         Its calibrations stay where the stage moves on the bench as before.

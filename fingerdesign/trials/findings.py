@@ -1,7 +1,5 @@
 """Findings of a control study: what it asks, the answers as verdicts, and their numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 

@@ -10,10 +10,9 @@ each meets the same noise. Every draw has a stream of its own (runtime/streams.p
 no object of one fault is one of another fault, of a tuning or of a training.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
@@ -126,21 +125,22 @@ class ControlGrid:
     tug_noise: float = GOOD_AMPLIFIER
     perturbed: Perturbed | None = None
 
-    @staticmethod
-    def quick() -> ControlGrid:
+    @classmethod
+    def quick(cls) -> Self:
         """A look in seconds: 4 frictions, 4 masses, 3 noises."""
-        return ControlGrid(FRICTIONS[::3], MASSES_G[::3], (0.0, 0.5, 5.0))
+        return cls(FRICTIONS[::3], MASSES_G[::3], (0.0, 0.5, 5.0))
 
-    @staticmethod
+    @classmethod
     def of_perturbed(
+        cls,
         perturbed: Perturbed,
         seed: int = 0,
         frictions: tuple[float, ...] = FRICTIONS,
         masses_g: tuple[float, ...] = MASSES_G,
         noises: tuple[float, ...] = (GOOD_AMPLIFIER,),
-    ) -> ControlGrid:
+    ) -> Self:
         """A grid of perturbed fingers, with the gages of a good amplifier and without the tug."""
-        return ControlGrid(frictions, masses_g, noises, seed, tug=None, perturbed=perturbed)
+        return cls(frictions, masses_g, noises, seed, tug=None, perturbed=perturbed)
 
     @property
     def cells_of_one(self) -> int:

@@ -5,8 +5,6 @@ friction and weight. Its public seed is for development; scores are of the held-
 the SHA-256 is published here, and the phrase itself with the release.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path

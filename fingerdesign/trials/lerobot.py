@@ -11,8 +11,6 @@ out. The format is that of huggingface/lerobot's lerobot/datasets (August 2026).
 ``lerobot`` (``pip install fingerdesign[lerobot]``).
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass

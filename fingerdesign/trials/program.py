@@ -13,8 +13,6 @@ microstrain, ``normal_force`` and ``tangential_force`` in N, and ``lifted``. The
 many grips. It may not know the object: what is written here is all that it is given.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shlex
@@ -23,19 +21,16 @@ from contextlib import contextmanager
 from dataclasses import asdict, fields
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
-from fingerdesign.control.command import Command
+from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.guarded import Guarded
+from fingerdesign.control.roster import Command, Object
+from fingerdesign.control.signals import Sample
+from fingerdesign.design.grip import Grip
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
 from fingerdesign.runtime.lines import LineProgram, ProgramError
-
-if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
-    from fingerdesign.control.roster import Object
-    from fingerdesign.control.signals import Sample
-    from fingerdesign.design.grip import Grip
 
 REFERENCE = "fingerdesign.trials.program:Program"
 _PROGRAM = "FINGERDESIGN_PROGRAM"  # Command and folder as JSON, for this process and its children.

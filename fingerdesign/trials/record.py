@@ -1,15 +1,15 @@
 """Content of control.json and grips.csv: every controller's summaries, and every grip."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 from typing_extensions import TypedDict
 
 from fingerdesign.control.foresight import CLEARLY
+from fingerdesign.design.schema import Design
+from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.base import Count, Size, closed, csv_text
 from fingerdesign.records.result import MOST_FORCE
 from fingerdesign.runtime.registry import CONTROLLERS
@@ -23,10 +23,6 @@ from fingerdesign.trials.summary import (
     fault_summary,
     summarise,
 )
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.records.arrays import GripTrace
 
 RECORD_FILE, CSV_FILE = "control.json", "grips.csv"
 # People grip with so many times the least force (Johansson and Westling 1984).

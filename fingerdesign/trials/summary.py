@@ -1,7 +1,5 @@
 """Many grips of a control study summed up: shares, spreads, and their warnings of slip."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Tables of a control study, for its page: controllers by noise, fault and tug, and conditions."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

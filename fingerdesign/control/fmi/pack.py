@@ -5,8 +5,6 @@ Linux with a compiler the library, for x86-64 or AArch64. What the units' C has 
 templates/fmi2.c.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import platform

@@ -13,8 +13,6 @@ all shipped fingers in plane strain, and half a finger in 3-D with ``mesh.layers
 some 210 nodes.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

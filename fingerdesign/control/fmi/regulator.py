@@ -7,18 +7,12 @@ and sources share, as weights do not compress. One step of the unit is one sampl
 finger's curves are constants; the delay, the stiffness and the cross-talk are parameters.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fingerdesign.control.c_code import array_text, c_files, filled_template, weights_of
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.fmi.pack import Unit, Variable
-
-if TYPE_CHECKING:
-    from fingerdesign.design.grip import Grip
+from fingerdesign.design.grip import Grip
 
 MODEL = "regulator"
 FILE = f"{MODEL}.fmu"

@@ -13,8 +13,6 @@ its own number: a rig that is calibrated and then grips has the same gains both 
 drift come from the generator given: the same seed gives the same readings.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 

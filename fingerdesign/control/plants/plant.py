@@ -1,7 +1,5 @@
 """The plant that a controller moves and measures, and its truth, for the judge alone."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -4,11 +4,9 @@
 goes around either, and around the bench on which the same rig is calibrated, at rest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
@@ -18,10 +16,8 @@ from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.design.grip import Grip
+from fingerdesign.design.schema import Design
 from fingerdesign.runtime.streams import stream
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 
 def calibrated(

@@ -12,8 +12,6 @@ F_t / F_n, and the pull dF_t/dx of our reactive hand, can be had of no public se
 counts or begin under load, and no move of the hand against the object is recorded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial

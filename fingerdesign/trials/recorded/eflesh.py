@@ -5,8 +5,6 @@ Of the public repository notvenky/eFlesh (MIT), slip_detection/data: seq_0.pt to
 with the numbers as they are; nothing in it is run.
 """
 
-from __future__ import annotations
-
 import pickletools
 import zipfile
 from collections.abc import Iterator, Sequence

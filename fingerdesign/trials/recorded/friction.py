@@ -4,8 +4,6 @@ n is by least squares of log mu against log F, with Student's 95 % interval over
 law has n = 0, contact at constant shear strength n = 1/3 where its area grows as F^(2/3).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -6,8 +6,6 @@ forces, whose colour is their outcome, and the forces that the thesis's own hand
 the forces of single pillars as they slip. The file is a zip archive of XML.
 """
 
-from __future__ import annotations
-
 import lzma
 import zipfile
 import zlib

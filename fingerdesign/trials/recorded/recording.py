@@ -9,8 +9,6 @@ An HDF5 file holds one recording, or a group for each: the data sets time_s (k,)
 and slip (k,).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest

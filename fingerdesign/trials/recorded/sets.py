@@ -1,7 +1,5 @@
 """The sets of recordings in a folder: found by their files, read, judged, and as a record."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass

@@ -8,8 +8,6 @@ closed: before it the fingers push the object about. The authors' labels of slip
 are from the marker.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 
