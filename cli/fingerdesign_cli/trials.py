@@ -270,7 +270,7 @@ def _show(found: ControlStudy, folder: Path) -> None:
     if data["tuning"] is not None:
         _show_tuning(data["tuning"], folder)
     for item in findings(data):
-        say_marked(SIGNS[item.status], f"{item.question} {item.detail}")
+        say_marked(item.verdict.sign, f"{item.question} {item.detail}")
     for warning in data["warnings"]:
         say_marked(SIGNS["warning"], warning)
     click.echo(f"{data['seconds']['whole']:.0f} s; report: {folder / 'control.html'}")

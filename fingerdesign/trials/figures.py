@@ -76,7 +76,7 @@ def _success(data: ControlData) -> Canvas:
     perturbed, noises = data["conditions"]["perturbed"], data["conditions"]["noises_microstrain"]
     labels = [f"{noise:g}" for noise in noises]
     if perturbed is not None:
-        labels = [label.replace("_", " ") for label in perturbed["faults"]]
+        labels = [words(label) for label in perturbed["faults"]]
     count = len(data["controllers"])
     for index, each in enumerate(data["controllers"]):
         colour, dashes, marker = look_of(each["controller"])
@@ -88,7 +88,7 @@ def _success(data: ControlData) -> Canvas:
         rate, low, high = np.array([(each.rate, each.low, each.high) for each in shares]).T
         axes.vlines(places, 100 * low, 100 * high, color=colour, lw=0.9)
         line = dashes if perturbed is None else "none"  # Faults have no order to join.
-        label = each["controller"].replace("_", " ")
+        label = words(each["controller"])
         axes.plot(places, 100 * rate, color=colour, ls=line, marker=marker, label=label)
     axes.set_xticks(range(len(labels)), labels, rotation=0 if perturbed is None else 60)
     if perturbed is None:
@@ -124,7 +124,7 @@ def force_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> st
             axes.plot([first, third], [place, place], color=colour, lw=5, alpha=0.5)
             axes.plot([median], [place], color=style.INK, marker="|", ms=13, mew=2, ls="none")
             peaks[name] = median, first, third, ratios.max()
-        axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
+        axes.set_yticks(range(len(names)), list(map(words, names)))
         axes.set_ylim(len(names) - 0.5, -0.5)
         axes.set_xscale("log")
         _plain_log(axes)
@@ -162,7 +162,7 @@ def map_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> styl
         for axes, name in zip(panels, names, strict=True):
             own = _at(trials, name, noise)
             _draw_map(axes, own, frictions, masses, colours, scale)
-            axes.set_title(name.replace("_", " "))
+            axes.set_title(words(name))
             found = Counter(map(_why, own))
             counts[name] = {why: found[why] for why in ("", *_MARKS) if found[why]}
         for axes in panels[::columns]:
@@ -255,7 +255,7 @@ def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
     for trace in traces:
         colour, dashes, _ = look_of(trace.controller)
         normal, tangential = trace.normal_force, trace.tangential_force
-        name = trace.controller.replace("_", " ")
+        name = words(trace.controller)
         axes.plot(normal, tangential, color=colour, ls=dashes, lw=1.4, label=name)
         if trace.lift_step is not None:
             here = trace.lift_step

@@ -1,11 +1,12 @@
 """Findings of a control study: what it asks, the answers as verdicts, and their numbers."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 from fingerdesign.records.statistics import Share, Spread
 from fingerdesign.records.verdict import Status, Verdict
-from fingerdesign.trials.record import ControlData, ControllerData
+from fingerdesign.trials.record import ControlData
 from fingerdesign.trials.summary import NoiseSummary
 
 HELD_SHARE = 0.99  # The regulator is to hold this fraction of the grid.
@@ -20,21 +21,15 @@ class Finding:
     question: str
     detail: str
 
-    @property
-    def status(self) -> Status:
-        """Pass, fail, warning or note."""
-        return self.verdict.status
-
 
 def findings(data: ControlData) -> list[Finding]:
     """Answers to the study's questions that it can give: the best controller first; none for a
     lone rival."""
     noise = data["criteria"]["good_amplifier_microstrain"]
-    row = _rows(data)
-    own = row("regulator", noise)
+    own = _row(data, "regulator", noise)
     found = [
         *([_best(data)] if len(data["controllers"]) > 1 else []),
-        *_paper(row("paper", 0.0)),
+        *_paper(_row(data, "paper", 0.0)),
         *(_regulator(data, own, noise) if own is not None else ()),
     ]
     rival = _rival(data, noise)
@@ -43,18 +38,14 @@ def findings(data: ControlData) -> list[Finding]:
     return found
 
 
-def _rows(data: ControlData) -> Callable[[str, float], NoiseSummary | None]:
-    rows = {
-        (each["controller"], row.noise_microstrain): row
-        for each in data["controllers"]
-        for row in each["by_noise"]
-    }
-    return lambda name, noise: rows.get((name, noise))
+def _row(data: ControlData, name: str, noise: float) -> NoiseSummary | None:
+    own = (each["by_noise"] for each in data["controllers"] if each["controller"] == name)
+    return next((row for row in chain(*own) if row.noise_microstrain == noise), None)
 
 
-def words(controller: str) -> str:
-    """A controller's name in words."""
-    return controller.replace("_", " ")
+def words(name: str) -> str:
+    """The name of a controller or a fault in words."""
+    return name.replace("_", " ")
 
 
 def rate_of(share: Share) -> float:
@@ -155,30 +146,27 @@ def _axis(values: Sequence[float], name: str, unit: str = "") -> str:
     return f"{len(values)} {name}{'s' if len(values) > 1 else ''} ({span}{unit})"
 
 
-def _rival(data: ControlData, noise: float) -> tuple[ControllerData, NoiseSummary] | None:
-    """The best controller at a noise that is given no more than the regulator."""
-    row = _rows(data)
+def _rival(data: ControlData, noise: float) -> tuple[str, NoiseSummary] | None:
+    """The best controller at a noise that is given no more than the regulator: name, grips."""
     found = [
-        (each, own)
-        for each in data["controllers"]
-        if each["told"] is None
-        and each["controller"] != "regulator"
-        and (own := row(each["controller"], noise)) is not None
+        (name, own)
+        for name in (each["controller"] for each in data["controllers"] if each["told"] is None)
+        if name != "regulator" and (own := _row(data, name, noise)) is not None
     ]
     return max(found, key=lambda pair: rate_of(pair[1].success), default=None)
 
 
-def _against(own: NoiseSummary, controller: ControllerData, rival: NoiseSummary) -> Finding:
+def _against(own: NoiseSummary, controller: str, rival: NoiseSummary) -> Finding:
     """The regulator compared with its best rival."""
-    name, rate = words(controller["controller"]), rate_of(own.success)
+    name, rate = words(controller), rate_of(own.success)
     as_good = rate >= rate_of(rival.success)
     gentler = own.peak_ratio is not None and (
         rival.peak_ratio is None or own.peak_ratio.median < rival.peak_ratio.median
     )
-    status: Status = {2: "pass", 1: "warning", 0: "fail"}[as_good + gentler]  # type: ignore[assignment]
+    marks: tuple[Status, ...] = ("fail", "warning", "pass")
     known = f"{name} {percent(rate_of(rival.success))}"
     return Finding(
-        Verdict(status, "regulator’s success", percent(rate), known),
+        Verdict(marks[as_good + gentler], "regulator’s success", percent(rate), known),
         "Does it succeed at least as often as the best rival, at a lower peak force?",
         f"Best rival that knows no more: {name}, success {percent(rate_of(rival.success))}, "
         f"{_peak(rival.peak_ratio)}; regulator {percent(rate)}, {_peak(own.peak_ratio)}. "

@@ -5,15 +5,11 @@ from typing import Any
 
 from fingerdesign.records.statistics import Rms, Share, Spread
 from fingerdesign.report.table import Table
+from fingerdesign.trials.findings import words
 from fingerdesign.trials.record import ControlData, ControllerData, TuningData
 from fingerdesign.trials.summary import NoiseSummary
 
 NONE = "–"  # of a cell: nothing, or no grip has the value
-
-
-def title_of(controller: str) -> str:
-    """A controller's name in words."""
-    return controller.replace("_", " ")
 
 
 def at_noise(controller: ControllerData, noise: float) -> NoiseSummary:
@@ -25,16 +21,12 @@ def main_tables(data: ControlData, noise: float) -> list[Table]:
     """Who lifts, and how, at one noise; on perturbed fingers by fault."""
     lifts, forces = [], []
     for each in data["controllers"]:
-        own, name = at_noise(each, noise), title_of(each["controller"])
+        own, name = at_noise(each, noise), words(each["controller"])
         dropped = f"{own.dropped}, {own.caught} caught" if own.caught else f"{own.dropped}"
         counts = (own.crushed, own.not_lifted, own.failed)
         given = "μ, m" if each["told"] else NONE
-        lifts.append(
-            (
-                *(name, given, str(own.grips), _share(own.success), _share(own.held), dropped),
-                *map(str, counts),
-            )
-        )
+        shares = _share(own.success), _share(own.held)
+        lifts.append((name, given, str(own.grips), *shares, dropped, *map(str, counts)))
         margin = own.margin_at_lift
         middle = NONE if margin is None else f"{margin.low:.2f} to {margin.high:.2f}"
         spreads = (_median(own.peak_ratio), _median(own.minimum_stick_ratio))
@@ -54,12 +46,12 @@ def _fault_tables(data: ControlData) -> list[Table]:
     perturbed = data["conditions"]["perturbed"]
     if perturbed is None:
         return []
-    names = [title_of(each["controller"]) for each in data["controllers"]]
+    names = [words(each["controller"]) for each in data["controllers"]]
     success, margins = [], []
     for number, label in enumerate(perturbed["faults"]):
         own = [each["by_fault"][number] for each in data["controllers"]]
-        success.append((label.replace("_", " "), *(_share(each.success, 0) for each in own)))
-        margins.append((label.replace("_", " "), *(_median(each.safety_margin) for each in own)))
+        success.append((words(label), *(_share(each.success, 0) for each in own)))
+        margins.append((words(label), *(_median(each.safety_margin) for each in own)))
     columns = ("fault", *names)
     return [
         _table("faults", "By fault of the finger: success %", columns, success),
@@ -75,7 +67,7 @@ def noise_tables(data: ControlData) -> list[Table]:
     columns = ("controller", *(f"{noise:g}" for noise in noises))
     success, margins = [], []
     for each in data["controllers"]:
-        name, own = title_of(each["controller"]), each["by_noise"]
+        name, own = words(each["controller"]), each["by_noise"]
         success.append((name, *(_share(row.success) for row in own)))
         margins.append((name, *(_median(row.margin_at_lift) for row in own)))
     return [
@@ -94,7 +86,7 @@ def warning_tables(data: ControlData, noise: float) -> list[Table]:
         saw = at_noise(each, noise).foreseen
         rows.append(
             (
-                title_of(each["controller"]),
+                words(each["controller"]),
                 _share(saw.warned),
                 NONE if saw.withdrawn is None else str(saw.withdrawn),
                 _median(saw.lead_s),
@@ -123,7 +115,7 @@ def tug_tables(data: ControlData) -> list[Table]:
         if found is not None:
             times = (_median(found, 0, ms), f"{ms * found.high:.0f}", f"{ms * found.most:.0f}")
         held, answered = _share(own.held), _share(own.answered)
-        name = title_of(each["controller"])
+        name = words(each["controller"])
         rows.append((name, str(own.grips), held, answered, *times, _median(own.peak_ratio)))
     columns = ("controller", "grips", "held %", "answered %", "reaction ms", "three in four")
     caption = (
@@ -142,7 +134,7 @@ def tuning_tables(tuning: TuningData | None) -> list[Table]:
         best, default = found["best"], found["default"]
         rates = (f"{100.0 * each['success_rate']:.1f}" for each in (best, default))
         takes = [f"{key.removeprefix('grip.')} {each:g}" for key, each in best["values"].items()]
-        rows.append((title_of(name), *rates, ", ".join(takes)))
+        rows.append((words(name), *rates, ", ".join(takes)))
     caption = f"Tuned before the study, on {len(tuning['cells'])} other grips"
     return [_table("tuning", caption, ("controller", "success %", "before", "takes"), rows, (0, 3))]
 
@@ -160,8 +152,8 @@ def condition_tables(data: ControlData) -> list[Table]:
     if (perturbed := own["perturbed"]) is not None:
         values["fingers of each fault"] = perturbed["plants"]
         values["objects a finger"] = perturbed["lifts_a_plant"]
-    values |= {name.replace("_", " "): each for name, each in data["hardware"].items()}
-    values |= {name.replace("_", " "): each for name, each in data["model"].items()}
+    for table in (data["hardware"], data["model"]):
+        values |= {words(name): each for name, each in table.items()}
     rows = [(name, _plain(each)) for name, each in values.items()]
     return [_table("conditions", "Conditions", ("what", "value"), rows, (0, 1))]
 
@@ -185,26 +177,29 @@ def _table(
 
 
 def _share(share: Share | None, digits: int = 1) -> str:
-    """The rate in %, its 95 % interval, and the number of cases; so have the next two."""
-    if share is None or share.rate is None or share.low is None or share.high is None:
+    """The rate in %."""
+    if share is None:
         return NONE
-    low, high = (f"{100.0 * each:.{digits}f}" for each in (share.low, share.high))
-    return f"{100.0 * share.rate:.{digits}f} ({low} to {high}, of {share.of:,})"
+    return _with_interval((share.rate, share.low, share.high), share.of, digits, 100.0)
 
 
 def _median(spread: Spread | None, digits: int = 2, factor: float = 1.0) -> str:
     if spread is None:
         return NONE
-    value, of = f"{factor * spread.median:.{digits}f}", f"of {spread.count:,}"
-    if spread.median_low is None or spread.median_high is None:
-        return f"{value} ({of})"
-    low, high = (factor * each for each in (spread.median_low, spread.median_high))
-    return f"{value} ({low:.{digits}f} to {high:.{digits}f}, {of})"
+    values = (spread.median, spread.median_low, spread.median_high)
+    return _with_interval(values, spread.count, digits, factor)
 
 
 def _rms(error: Rms | None) -> str:
     if error is None:
         return NONE
-    if error.low is None or error.high is None:
-        return f"{error.value:.3f} (of {error.count:,})"
-    return f"{error.value:.3f} ({error.low:.3f} to {error.high:.3f}, of {error.count:,})"
+    return _with_interval((error.value, error.low, error.high), error.count, 3)
+
+
+def _with_interval(
+    values: Iterable[float | None], of: int, digits: int, factor: float = 1.0
+) -> str:
+    """A value, the ends of its 95 % interval, and the number of cases."""
+    value, *ends = (None if each is None else f"{factor * each:.{digits}f}" for each in values)
+    interval = "" if None in ends else f"{ends[0]} to {ends[1]}, "
+    return NONE if value is None else f"{value} ({interval}of {of:,})"

@@ -60,7 +60,7 @@ def recorded(outcomes, names, grid, rate=100.0):
 
 
 def kinds(made):
-    return [each.status for each in findings(made.data)]
+    return [each.verdict.status for each in findings(made.data)]
 
 
 def test_all_is_well():
