@@ -5,11 +5,12 @@ controller that knows of them what a hand would know. A bench is in a form that 
 process.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Protocol, Self
+from dataclasses import dataclass, field, replace
+from itertools import groupby
+from operator import attrgetter
+from typing import Self
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.contact.gross_slip import meeting
@@ -46,14 +47,6 @@ def tuned_grip(grip: Grip, values: Mapping[str, float]) -> Grip:
     return Grip.model_validate(data["grip"])
 
 
-class Bench(Protocol):
-    """Runs batches of a grid's cells, in this process or in another."""
-
-    def run_batch(self, cells: Sequence[Cell]) -> list[GripResult]:
-        """The results of one batch; a grip whose model fails is a failed grip."""
-        ...
-
-
 @dataclass(frozen=True)
 class GripBench:
     """The model, hardware and settings that all grips of a study share.
@@ -62,6 +55,7 @@ class GripBench:
     the readings. grip: its hardware counts but for the gages' noise, which a cell sets. opposite:
     the other finger at any friction, None for a mirror image. gripping: the finger against what
     it grips, None where that is the bench's plane. finger: fault and number of the one drawn.
+    calibrations: those made before, shared with the benches of :meth:`with_grip`.
     """
 
     problem: ContactProblem
@@ -73,33 +67,26 @@ class GripBench:
     opposite: ContactProblem | None = None
     gripping: ContactProblem | None = None
     finger: tuple[str, int] = (NONE, 0)
+    calibrations: dict[Hashable, Calibration] = field(default_factory=dict, compare=False)
 
-    @cached_property
+    @property
     def bounds(self) -> Bounds:
         """The stage and the patience of the design's ``[grip]`` table."""
         return Bounds.of(self.grip)
 
-    @cached_property
-    def _calibrations(self) -> dict[float, Calibration]:
-        return {}
-
     def calibration(self, noise: float) -> Calibration:
         """The bench moves with the same rig at rest, which takes the mean of many samples."""
-        if noise not in self._calibrations:
-            rng = stream(self.grid.seed, "noise on a bench", *self.finger, round(1e6 * noise))
-            own = (self._noisy(noise), rng, self.bounds, self.plates)
-            self._calibrations[noise] = calibrated(self.problem, self.face, *own)
-        return self._calibrations[noise]
+        drawn = (self.grid.seed, "noise on a bench", *self.finger, round(1e6 * noise))
+        hardware = self._noisy(noise)
+        known = drawn, hardware, self.bounds
+        if known not in self.calibrations:
+            own = (hardware, stream(*drawn), self.bounds, self.plates)
+            self.calibrations[known] = calibrated(self.problem, self.face, *own)
+        return self.calibrations[known]
 
     def with_grip(self, grip: Grip) -> Self:
-        """The same bench for other settings of the controllers.
-
-        Its calibrations stay where the stage moves on the bench as before.
-        """
-        other = replace(self, grip=grip)
-        if other.bounds == self.bounds:
-            vars(other)["_calibrations"] = self._calibrations
-        return other
+        """The same bench for other settings of the controllers."""
+        return replace(self, grip=grip)
 
     def controller(self, cell: Cell, slip_ratio: float) -> Controller:
         """Make a controller; the estimator is given its rig's noise, oracles the mass and the ratio
@@ -114,16 +101,22 @@ class GripBench:
         )
 
     def run_batch(self, cells: Iterable[Cell]) -> list[GripResult]:
-        """Run cells of one object; a grip whose model fails is a failed grip, with the reason."""
-        memory = Memory()
-        return [self.run_cell(cell, memory) for cell in cells]
+        """Run cells; a grip whose model fails is a failed grip, with the reason."""
+        return [rig.run_cell(cell, memory) for rig, cell, memory in self._prepared(cells)]
 
     def episodes(self, cells: Iterable[Cell]) -> Iterator[tuple[Cell, Episode]]:
-        """Cells of one object with their grips, step by step; without those whose bench fails."""
-        memory = Memory()
-        for cell in cells:
+        """Cells with their grips, step by step; without those whose bench fails."""
+        for rig, cell, memory in self._prepared(cells):
             with suppress(SolverError):
-                yield cell, self.episode(cell, memory)
+                yield cell, rig.episode(cell, memory)
+
+    def _prepared(self, cells: Iterable[Cell]) -> Iterator[tuple[Self, Cell, Memory]]:
+        """Cells, each with a bench of the values tried on it; neighbours share a memory, where one
+        controller grips one object."""
+        alike = attrgetter("controller", "friction", "mass_g", "values")
+        for (*_, values), own in groupby(cells, alike):
+            rig, memory = self.with_grip(tuned_grip(self.grip, dict(values))), Memory()
+            yield from ((rig, cell, memory) for cell in own)
 
     def run_cell(self, cell: Cell, memory: Memory) -> GripResult:
         """Run one grip; ``memory`` is shared by cells of one object alone."""
@@ -210,31 +203,26 @@ class PerturbedBench:
     fidelity: str
 
     def run_batch(self, cells: Sequence[Cell]) -> list[GripResult]:
-        """Run cells of one finger, each with the values that are tried on it; a finger whose model
-        or bench fails is a failure of each."""
+        """Run cells of one finger; a finger whose model or bench fails is a failure of each."""
         try:
-            rig = self._rig(cells[0])
+            rig, pulled = self._rig(cells)
         except FingerDesignError as error:
             return [failed_grip(each, str(error)) for each in cells]
-        tug = rig.grid.tug.share if rig.grid.tug else 0.0
-        tried = dict.fromkeys(each.values for each in cells)
-        rigs = {own: rig.with_grip(tuned_grip(rig.grip, dict(own))) for own in tried}
-        return [rigs[each.values].run_cell(replace(each, tug=tug), Memory()) for each in cells]
+        return rig.run_batch(pulled)
 
     def episodes(self, cells: Sequence[Cell]) -> Iterator[tuple[Cell, Episode]]:
         """Yield the episodes of one finger, for :meth:`GripBench.episodes`."""
         with suppress(FingerDesignError):
-            rig = self._rig(cells[0])
-            tug = rig.grid.tug.share if rig.grid.tug else 0.0
-            for cell in cells:
-                yield from rig.episodes([replace(cell, tug=tug)])
+            rig, pulled = self._rig(cells)
+            yield from rig.episodes(pulled)
 
-    def _rig(self, cell: Cell) -> GripBench:
-        """The bench of the finger that is drawn for a cell. Raises FingerDesignError."""
-        seed = self.grid.plant_seed(cell.fault, cell.plant)
-        found = perturb(self.design, faults_of(cell.fault), seed)
+    def _rig(self, cells: Sequence[Cell]) -> tuple[GripBench, list[Cell]]:
+        """The bench of the finger that is drawn for these cells, and the cells with the tug that is
+        drawn with it. Raises FingerDesignError."""
+        finger = cells[0].fault, cells[0].plant
+        found = perturb(self.design, faults_of(finger[0]), self.grid.plant_seed(*finger))
         bench, gripping = perturbed_problems(found, self.fidelity)
-        return GripBench(
+        rig = GripBench(
             bench,
             found.design.gages.face,
             gage_array(found.design),
@@ -242,5 +230,9 @@ class PerturbedBench:
             ControlGrid(seed=self.grid.seed, tug=Tug(found.tug) if found.tug else None),
             self.estimator,
             gripping=gripping,
-            finger=(cell.fault, cell.plant),
+            finger=finger,
         )
+        return rig, [replace(each, tug=found.tug or 0.0) for each in cells]
+
+
+Bench = GripBench | PerturbedBench

@@ -25,7 +25,7 @@ from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.extras import needs
-from fingerdesign.trials.bench import Bench, GripBench, PerturbedBench
+from fingerdesign.trials.bench import Bench
 from fingerdesign.trials.grid import Cell
 from fingerdesign.trials.stored import Report, in_processes
 
@@ -54,7 +54,6 @@ class Lift:
 
 def lifts_of(bench: Bench, cells: Sequence[Cell]) -> list[Lift]:
     """The episodes of one batch, without those that failed in the model."""
-    assert isinstance(bench, GripBench | PerturbedBench)
     found = []
     for cell, episode in bench.episodes(cells):
         if episode.result.outcome != "failed" and len(episode.samples) > 1:
@@ -112,7 +111,7 @@ def features(gages: int) -> dict[str, dict[str, Any]]:
 
 
 def write_lifts(
-    bench: GripBench | PerturbedBench,
+    bench: Bench,
     rate_Hz: float,
     batches: Sequence[Sequence[Cell]],
     folder: Path,

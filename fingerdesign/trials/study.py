@@ -40,7 +40,7 @@ from fingerdesign.sensing.perturb.finger import refuse_faults
 from fingerdesign.sensing.train.ready import estimator_of
 from fingerdesign.sensing.train.result import estimator_faults
 from fingerdesign.trials import lerobot
-from fingerdesign.trials.bench import GripBench, PerturbedBench
+from fingerdesign.trials.bench import Bench, GripBench, PerturbedBench
 from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, faults_of, refuse, seed_of
 from fingerdesign.trials.page import chart_png, control_html
 from fingerdesign.trials.record import (
@@ -207,7 +207,7 @@ def _grip_bench(
     return GripBench(problem, face, plates, design.grip, grid, estimator, opposite)
 
 
-def _judging(bench: GripBench, design: Design, fidelity: Fidelity) -> GripBench | PerturbedBench:
+def _judging(bench: GripBench, design: Design, fidelity: Fidelity) -> Bench:
     """The bench that judges a design: the model's own, or those of the fingers that are drawn."""
     if bench.grid.perturbed is None:
         return bench

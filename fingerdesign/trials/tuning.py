@@ -25,7 +25,6 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
-from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.control.roster import ControllerKind, Range
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.schema import Design
@@ -34,7 +33,7 @@ from fingerdesign.records.result import GripResult
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.runtime.streams import seed_for, stream
-from fingerdesign.trials.bench import Bench, GripBench, PerturbedBench, tuned_grip
+from fingerdesign.trials.bench import Bench, GripBench
 from fingerdesign.trials.grid import (
     FRICTIONS,
     GOOD_AMPLIFIER,
@@ -237,7 +236,7 @@ def tuning_cells(
 
 def tune_controllers(
     design: Design,
-    bench: GripBench | PerturbedBench,
+    bench: Bench,
     controllers: Sequence[str],
     journal: Journal,
     setting: TuningSetting,
@@ -281,35 +280,19 @@ def tuned_design(design: Design, tuned: dict[str, Tuning]) -> Design:
     return with_values(design, {key: value for each in best for key, value in each.items()})
 
 
-@dataclass(frozen=True)
-class TriedBench:
-    """A bench whose cells have values of their own, the same in a batch."""
-
-    bench: GripBench
-
-    def run_batch(self, cells: Sequence[Cell]) -> list[GripResult]:
-        """Run cells with the values that are tried; each is of another object."""
-        tuned = self.bench.with_grip(tuned_grip(self.bench.grip, dict(cells[0].values)))
-        return [tuned.run_cell(cell, Memory()) for cell in cells]
-
-
-def bench_judge(
-    bench: GripBench | PerturbedBench, design: Design, journal: Journal, workers: int
-) -> Judge:
+def bench_judge(bench: Bench, design: Design, journal: Journal, workers: int) -> Judge:
     """A judge of trials on a bench that stores their grips; ``workers``: see run_batches.
 
     Both fingers are alike there, and noise and perturbed fingers are not the grid's.
     """
     grid = replace(bench.grid, seed=seed_for(bench.grid.seed, "tuning"), tug=None)
-    tried: Bench
-    if isinstance(bench, PerturbedBench):
-        tried = replace(bench, grid=grid)
-    else:
-        tried = TriedBench(replace(bench, grid=grid, opposite=None))
+    tried: Bench = replace(bench, grid=grid)
+    if isinstance(tried, GripBench):
+        tried = replace(tried, opposite=None)
 
     def judged(batches: Sequence[tuple[Cell, ...]], report: Report) -> list[list[GripResult]]:
         once = list(dict.fromkeys(batches))  # Values may be tried twice.
-        if isinstance(bench, PerturbedBench):
+        if grid.perturbed is not None:
             once = _by_finger(once)
         found = run_batches(tried, once, journal, workers, report, design.digest())
         return [[found[cell] for cell in batch] for batch in batches]

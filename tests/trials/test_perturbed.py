@@ -200,7 +200,9 @@ def test_a_rig_has_what_its_finger_was_drawn_with_and_each_cell_its_values():
     grid = ControlGrid.of_perturbed(Perturbed((label,), 2, 1), seed=7)
     bench = PerturbedBench(design, grid, None, "plane-strain")
     cell = Cell("fixed_ratio", 0.4, 200.0, 0.0, fault=label, plant=1)
-    rig, found = bench._rig(cell), perturb(design, label.split("+"), grid.plant_seed(label, 1))
+    rig, (pulled,) = bench._rig([cell])
+    found = perturb(design, label.split("+"), grid.plant_seed(label, 1))
+    assert pulled == replace(cell, tug=found.tug)
     assert rig.grip == found.design.grip != design.grip
     assert (rig.grid.seed, rig.grid.tug.share, rig.finger) == (7, found.tug, (label, 1))
     assert (rig.gripping.gap0 != rig.problem.gap0).any()

@@ -16,6 +16,7 @@ from fingerdesign.records.base import json_schema
 from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials import bench as trials_bench
+from fingerdesign.trials.bench import tuned_grip
 from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, Perturbed
 from fingerdesign.trials.stored import KIND, stored_grips
 from fingerdesign.trials.study import StudyOptions, run_study
@@ -24,7 +25,6 @@ from fingerdesign.trials.tuning import (
     Candidate,
     Range,
     Round,
-    TriedBench,
     Tuning,
     TuningSetting,
     bench_judge,
@@ -32,7 +32,6 @@ from fingerdesign.trials.tuning import (
     ranges_of,
     trial_data,
     tune,
-    tuned_grip,
     tuned_text,
     tuning_cells,
     tuning_data,
@@ -185,9 +184,9 @@ def stored_count(path):
 
 
 def test_grips_take_the_values_that_are_tried_and_the_bench_stores_its_calibration(bench):
-    tried, cells = TriedBench(bench), tuning_cells("fixed_ratio", 2)
+    cells = tuning_cells("fixed_ratio", 2)
     loose, tight = (
-        tried.run_batch([replace(cell, values=((A.key, ratio),)) for cell in cells])
+        bench.run_batch([replace(cell, values=((A.key, ratio),)) for cell in cells])
         for ratio in (0.6, 0.15)
     )
     assert all(a.peak_ratio < b.peak_ratio for a, b in zip(loose, tight, strict=True))
