@@ -18,7 +18,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.records.statistics import Share, Spread, beta_binomial_share
+from fingerdesign.records.statistics import Share, Spread
 from fingerdesign.report import style
 from fingerdesign.trials.figures import look_of
 from fingerdesign.trials.grid import EVERY, NONE, ControlGrid, Perturbed
@@ -27,23 +27,8 @@ from fingerdesign.trials.summary import Trial, summarise
 
 NAME, VERSION = "gripbench", 1
 DESIGN = "sensitive"
-PERTURBED = Perturbed(
-    (
-        NONE,
-        "modulus",
-        "plates",
-        "tilt",
-        "radius",
-        "drift",
-        "dying",
-        "arm",
-        "patches",
-        "kinetic",
-        EVERY,
-    ),
-    plants=9,
-    lifts=4,
-)
+_FAULTS = "modulus plates tilt radius drift dying arm patches kinetic"
+PERTURBED = Perturbed((NONE, *_FAULTS.split(), EVERY), plants=9, lifts=4)
 PUBLIC_SEED = 1
 HELD_OUT_SHA256 = "a5b3a4e49720e70aa195fcf7a56fcc95105443ce512d92867f253a58d987ae5d"
 RECORD, CSV, PICTURE = "gripbench.json", "gripbench.csv", "gripbench.png"
@@ -125,14 +110,16 @@ def scorecard(found: ControlStudy, controllers: Sequence[str], held_out: bool) -
 
 def _score(trials: Sequence[Trial], name: str) -> Score:
     own = [each for each in trials if each.cell.controller == name]
-    sums = summarise(own)
-    labels = dict.fromkeys(each.cell.fault for each in own)
+    sums = summarise(own, drawn=True)
+    by_fault: dict[str, list[Trial]] = {}
+    for each in own:
+        by_fault.setdefault(each.cell.fault, []).append(each)
     return {
         "controller": name,
         "grips": sums.grips,
-        "fingers": len({(each.cell.fault, each.cell.plant) for each in own}),
-        "success": _over_fingers(own, "success"),
-        "held": _over_fingers(own, "holds_object"),
+        "fingers": sums.fingers,
+        "success": sums.success,
+        "held": sums.held,
         "dropped": sums.dropped,
         "crushed": sums.crushed,
         "failed": sums.failed,
@@ -142,19 +129,9 @@ def _score(trials: Sequence[Trial], name: str) -> Score:
         "falsely_alarmed": sums.foreseen.falsely_alarmed,
         "unsure": sums.unsure,
         "by_fault": {
-            label: _over_fingers([each for each in own if each.cell.fault == label], "success")
-            for label in labels
+            label: summarise(lifts, drawn=True).success for label, lifts in by_fault.items()
         },
     }
-
-
-def _over_fingers(trials: Sequence[Trial], what: str) -> Share:
-    counts, of = dict[tuple[str, int], int](), dict[tuple[str, int], int]()
-    for each in trials:
-        finger = each.cell.fault, each.cell.plant
-        counts[finger] = counts.get(finger, 0) + bool(getattr(each.result, what))
-        of[finger] = of.get(finger, 0) + 1
-    return beta_binomial_share(counts.values(), of.values())
 
 
 def write_scorecard(card: Scorecard, folder: Path) -> None:
@@ -177,8 +154,8 @@ def scorecard_csv(card: Scorecard) -> str:
             *(card["benchmark"], card["version"], card["set"], score["controller"]),
             *(score["grips"], score["fingers"], success.rate, success.low, success.high),
             score["held"].rate,
-            *("" if each is None else each.median for each in spreads),
-            *("" if each is None or each.rate is None else each.rate for each in shares),
+            *(each and each.median for each in spreads),
+            *(each and each.rate for each in shares),
             *(score["dropped"], score["crushed"], score["failed"]),
         ]
 

@@ -1,7 +1,8 @@
 """Content of control.json and grips.csv: every controller's summaries, and every grip."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
+from operator import attrgetter
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -27,67 +28,34 @@ from fingerdesign.trials.summary import (
 RECORD_FILE, CSV_FILE = "control.json", "grips.csv"
 # People grip with so many times the least force (Johansson and Westling 1984).
 BAND = (1.2, 1.5)
-COLUMNS = (
-    "controller",
-    "friction_coefficient",
-    "object_mass_g",
-    "noise_microstrain",
-    "tug_share",
-    "fault",
-    "plant",
-    "seed",
-    "success",
-    "lifted",
-    "gross_slip",
-    "crushed",
-    "safety_margin",
-    "peak_ratio",
-    "peak_normal_force_N",
-    "minimum_stick_ratio",
-    "slip_distance_mm",
-    "steps",
-    "reaction_steps",
-    "unsure",
-    "slip_warning",
-    "lead_s",
-    "lead_force_share",
-    "alarms",
-    "false_alarms",
-    "stick_error",
-    "stick_error_samples",
-    "samples",
-    "slid_mm",
-    "caught",
-    "catch_s",
-    "rotation_deg",
-    "ending",
-    "reason",
+_OF_RESULT = (
+    "success lifted gross_slip crushed safety_margin peak_ratio peak_normal_force_N "
+    "minimum_stick_ratio slip_distance_mm steps reaction_steps unsure slip_warning lead_s "
+    "lead_force_share alarms false_alarms stick_error stick_error_samples samples slid_mm caught "
+    "catch_s rotation_deg ending reason"
 )
-# Columns of grips.csv that are no field of the result, or have another name there.
-_COLUMNS: dict[str, Callable[[Trial], Any]] = {
-    "controller": lambda trial: trial.cell.controller,
-    "friction_coefficient": lambda trial: trial.cell.friction,
-    "object_mass_g": lambda trial: trial.cell.mass_g,
-    "noise_microstrain": lambda trial: trial.cell.noise,
-    "tug_share": lambda trial: trial.cell.tug,
-    "fault": lambda trial: trial.cell.fault,
-    "plant": lambda trial: trial.cell.plant,
-    "seed": lambda trial: trial.seed,
-    "steps": lambda trial: trial.result.steps_to_lift,
-    "ending": lambda trial: trial.result.outcome,
-    "reason": lambda trial: trial.result.ending,
+# Of grips.csv, by name: the value of a trial.
+COLUMNS = {
+    "controller": "cell.controller",
+    "friction_coefficient": "cell.friction",
+    "object_mass_g": "cell.mass_g",
+    "noise_microstrain": "cell.noise",
+    "tug_share": "cell.tug",
+    "fault": "cell.fault",
+    "plant": "cell.plant",
+    "seed": "seed",
+    **{name: f"result.{name}" for name in _OF_RESULT.split()},
+    "steps": "result.steps_to_lift",
+    "ending": "result.outcome",
+    "reason": "result.ending",
 }
 
 
 def grips_csv(trials: Iterable[Trial]) -> str:
     """A row a grip; empty where there is no value, true and false as 1 and 0."""
-
-    def cell(trial: Trial, name: str) -> Any:
-        own = _COLUMNS.get(name)
-        value = own(trial) if own else getattr(trial.result, name)
-        return int(value) if isinstance(value, bool) else value
-
-    return csv_text(COLUMNS, ([cell(each, name) for name in COLUMNS] for each in trials))
+    rows = map(attrgetter(*COLUMNS.values()), trials)
+    numbers = ([int(cell) if isinstance(cell, bool) else cell for cell in row] for row in rows)
+    return csv_text(COLUMNS, numbers)
 
 
 @closed

@@ -93,17 +93,8 @@ def _ranked(own: SetData) -> Verdict:
 
 def tables(data: RecordedData) -> Iterator[Table]:
     """All detectors on each set; forces at slip, measured and foretold."""
-    columns: tuple[str, ...]
-    columns = (
-        "detector",
-        "by",
-        "right, %",
-        "found, %",
-        "false, %",
-        "early, %",
-        "early by, s",
-        "rank",
-    )
+    shares = (f"{each}, %" for each in ("right", "found", "false", "early"))
+    columns: tuple[str, ...] = ("detector", "by", *shares, "early by, s", "rank")
     for own in data.sets:
         rows = tuple(
             (
