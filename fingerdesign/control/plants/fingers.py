@@ -164,26 +164,45 @@ class _Finger:
             self.history.displace(sum(lags[1:], start=lags[0]))
 
 
-class MirrorPair:
-    """A finger and its mirror image: half of all forces each, exactly."""
+class _Pair:
+    """Two fingers of one rubber, by those that are solved: one that both are like, or each."""
 
-    def __init__(self, problem: ContactProblem, kind: Kind = Kind()) -> None:
-        self._finger = _Finger(problem, kind)
+    def __init__(self, kind: Kind, *problems: ContactProblem) -> None:
+        self._fingers = tuple(_Finger(each, kind) for each in problems)
+        self._like = 2.0 / len(problems)  # how many each of them stands for
         self._relaxation = 1.0 if kind.rubber is None else kind.rubber.relaxation_factor
 
     @property
     def problem(self) -> ContactProblem:
-        """The problem of the finger's next increment."""
-        return self._finger.history.problem
+        """The problem of the next increment of the finger with gages."""
+        return self._fingers[0].history.problem
 
     @property
     def settled(self) -> bool:
         """True where the same motion once more would leave all forces as they are."""
-        return self._finger.settled
+        return all(finger.settled for finger in self._fingers)
 
     def relax(self, left: float) -> None:
         """All forces are ``left`` times the problem's, whose law is Coulomb's or p^-n."""
-        self._finger.relax(left)
+        for finger in self._fingers:
+            finger.relax(left)
+
+    def stiffness(self) -> float:
+        """Stiffness of both against shear as last accepted, as if nothing more slid, N/mm."""
+        return self._like * self._relaxation * sum(each.stiffness() for each in self._fingers)
+
+    def passed(self) -> None:
+        """A control step is over."""
+        for finger in self._fingers:
+            finger.passed()
+
+
+class MirrorPair(_Pair):
+    """A finger and its mirror image: half of all forces each, exactly."""
+
+    def __init__(self, problem: ContactProblem, kind: Kind = Kind()) -> None:
+        super().__init__(kind, problem)
+        (self._finger,) = self._fingers
 
     def stand(self, closing: float, shear: float) -> PairState:
         """Both moved to ``closing`` and ``shear``, mm in all."""
@@ -218,17 +237,9 @@ class MirrorPair:
         _until_sliding(evaluate, here, trials.softest, friction)
         return self._held(trials.last)
 
-    def stiffness(self) -> float:
-        """Stiffness of both against shear as last accepted, as if nothing more slid, N/mm."""
-        return 2.0 * self._relaxation * self._finger.stiffness()
-
     def accept(self, held: PairState) -> None:
         """Go on from ``held``."""
         self._finger.history.accept(held.increment)
-
-    def passed(self) -> None:
-        """A control step is over."""
-        self._finger.passed()
 
     def _held(self, increment: Increment) -> PairState:
         carried = 2.0 * self._relaxation * float(self.problem.model.total_force(increment.force)[0])
@@ -236,28 +247,14 @@ class MirrorPair:
         return PairState(increment, increment, carried, relaxation=self._relaxation, slid=slid)
 
 
-class DifferentPair:
+class DifferentPair(_Pair):
     """Two different fingers of one rubber; the object floats between them."""
 
     def __init__(
         self, problem: ContactProblem, opposite: ContactProblem, kind: Kind = Kind()
     ) -> None:
-        self._both = tuple(_Finger(each, kind) for each in (problem, opposite))
-        self._relaxation = 1.0 if kind.rubber is None else kind.rubber.relaxation_factor
+        super().__init__(kind, problem, opposite)
         self._shear = self._drift = 0.0
-
-    @property
-    def problem(self) -> ContactProblem:
-        """The problem of the next increment of the finger with gages."""
-        return self._both[0].history.problem
-
-    @property
-    def settled(self) -> bool:
-        return all(finger.settled for finger in self._both)
-
-    def relax(self, left: float) -> None:
-        for finger in self._both:
-            finger.relax(left)
 
     def stand(self, closing: float, shear: float) -> PairState:
         return self._held(self._between(closing).at(shear))
@@ -281,24 +278,17 @@ class DifferentPair:
         _until_sliding(between.carried_at, self._shear, between.softest, friction)
         return self._held(between.held())
 
-    def stiffness(self) -> float:
-        return self._relaxation * sum(finger.stiffness() for finger in self._both)
-
     def accept(self, held: PairState) -> None:
-        for finger, increment in zip(self._both, (held.increment, held.other), strict=True):
+        for finger, increment in zip(self._fingers, (held.increment, held.other), strict=True):
             finger.history.accept(increment)
         self._shear, self._drift = held.shear, held.drift
 
-    def passed(self) -> None:
-        for finger in self._both:
-            finger.passed()
-
     def _between(self, closing: float) -> _Between:
-        first, second = (finger.attempts() for finger in self._both)
+        first, second = (finger.attempts() for finger in self._fingers)
         return _Between(first, second, closing, self._drift, self._relaxation)
 
     def _held(self, held: PairState) -> PairState:
-        both = zip(self._both, (held.increment, held.other), strict=True)
+        both = zip(self._fingers, (held.increment, held.other), strict=True)
         return replace(held, slid=min(finger.slid(increment) for finger, increment in both))
 
 

@@ -80,12 +80,6 @@ class Relaxation:
         passed, minute = (math.log1p(t / _RELAXES_s) for t in (moves / self.rate, 60.0))
         return 1.0 - self.share * passed / minute
 
-    @staticmethod
-    def of(grip: Grip) -> Relaxation | None:
-        """Read a design's ``[grip]`` table; None: it does not."""
-        share = grip.relaxation_per_minute
-        return Relaxation(share, grip.hardware.sample_rate_Hz) if share > 0.0 else None
-
 
 @dataclass(frozen=True)
 class Timed:
@@ -103,14 +97,14 @@ class Timed:
     @staticmethod
     def of(grip: Grip) -> Timed:
         """Read a design's ``[grip]`` table."""
-        rubber = warming = None
-        rate = grip.hardware.sample_rate_Hz
-        if grip.rubber_memory:
-            shares, times = zip(*grip.rubber_memory, strict=True)
-            rubber = Rubber(shares, times, 1.0 / rate)
-        if grip.warming_K:
-            warming = Warming(grip.warming_K, grip.warming_s, rate)
-        return Timed(Relaxation.of(grip), rubber, Inertia.of(grip), warming)
+        rate, share = grip.hardware.sample_rate_Hz, grip.relaxation_per_minute
+        memory = tuple(zip(*grip.rubber_memory, strict=True))
+        return Timed(
+            Relaxation(share, rate) if share > 0.0 else None,
+            Rubber(*memory, 1.0 / rate) if memory else None,
+            Inertia(rate, grip.drop_mm) if grip.inertia else None,
+            Warming(grip.warming_K, grip.warming_s, rate) if grip.warming_K else None,
+        )
 
 
 def off_centre(problem: ContactProblem, grip: Grip, mass_g: float) -> ContactProblem:
@@ -222,8 +216,7 @@ class LiftPlant:
         self._since_lift: int | None = None  # moves since the first lift
         self._lifted = False
         sliding = None if timed.inertia is None else False
-        start = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, self._slip_ratio, lifted=False)
-        self._truth = replace(start, sliding=sliding)
+        self._truth = Truth(slip_ratio=self._slip_ratio, lifted=False, sliding=sliding)
         self.held: PairState | None = None  # of both fingers after the last move
         self._weight = 0.0  # at the last move
         self._speed = 0.0  # of the object, upward, mm/s

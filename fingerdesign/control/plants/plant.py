@@ -32,13 +32,13 @@ class Truth:
     of a slide to the catch, s. frequency: Hz at which it swings on the fingers as it was lifted.
     """
 
-    approach: float
-    shear: float
-    normal_force: float
-    tangential_force: float
-    stick_ratio: float | None
-    slip_distance: float
-    complete_slip: bool
+    approach: float = 0.0
+    shear: float = 0.0
+    normal_force: float = 0.0
+    tangential_force: float = 0.0
+    stick_ratio: float | None = None
+    slip_distance: float = 0.0
+    complete_slip: bool = False
     slip_ratio: float | None = None
     lifted: bool | None = None
     rise: float = 0.0
@@ -105,7 +105,7 @@ class CondensedPlant:
     def __init__(self, problem: ContactProblem, face: str, kinetic_share: float = 1.0) -> None:
         self._face = face
         self._history = FrictionHistory(problem, kinetic_share)
-        self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False)
+        self._truth = Truth()
 
     def move(self, dx: float, dy: float) -> Sample:
         """Move the object by (dx, dy) mm and read gages and forces; see :class:`Plant`."""

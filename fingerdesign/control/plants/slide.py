@@ -10,12 +10,8 @@ fingers the object, of mass m, moves down by
 integrated exactly. Where v comes back to zero it sticks: it is caught. W: the weight and what tugs.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-
-from fingerdesign.design.grip import Grip
 
 
 @dataclass(frozen=True)
@@ -24,11 +20,6 @@ class Inertia:
 
     rate: float
     drop: float
-
-    @staticmethod
-    def of(grip: Grip) -> Inertia | None:
-        """Read a design's ``[grip]`` table; None: each step is an equilibrium."""
-        return Inertia(grip.hardware.sample_rate_Hz, grip.drop_mm) if grip.inertia else None
 
 
 def frequency(stiffness: float, mass_g: float) -> float:
