@@ -6,7 +6,7 @@ stage at once.
 
 import csv
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from fingerdesign.control.bench_curves import (
 )
 from fingerdesign.control.trace import Trace, csv_text_of, read_trace
 from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.records.base import csv_text
 
 TABLE = "phases.csv"
 COLUMNS = ("trace", "phase", "friction_coefficient", "tilt_deg", "samples")
@@ -32,17 +33,6 @@ _MOST_TILT, _MOST_FRICTION, _MOST_SAMPLES = 10.0, 5.0, 1e6
 _STUCK = 0.5
 # At the end of a slide F_t / F_n lies within these multiples of the stated friction coefficient.
 _SLID = (0.75, 1.3)
-
-
-@dataclass(frozen=True)
-class _Row:
-    """A row of the table that is sound."""
-
-    name: str
-    kind: Kind
-    friction_coefficient: float
-    tilt_deg: float
-    samples: float
 
 
 def read_bench(source: Path, gages: int) -> tuple[Phase, ...]:
@@ -56,16 +46,16 @@ def read_bench(source: Path, gages: int) -> tuple[Phase, ...]:
     traces: list[Trace] = []
     for row in rows:
         try:
-            traces.append(read_trace(table.parent / row.name, gages))
+            traces.append(read_trace(table.parent / row["trace"], gages))
         except DesignError as error:
-            errors.append(DesignError(error.faults, error.source or row.name))
+            errors.append(DesignError(error.faults, error.source or row["trace"]))
     if errors:
         raise DesignError.together(errors)
     phases = tuple(map(_phase, rows, traces))
     errors = [
         DesignError(faults, str(table.parent / each.name))
         for each in phases
-        if (faults := list(_phase_faults(each)))
+        if (faults := _phase_faults(each))
     ]
     if errors:
         raise DesignError.together(errors)
@@ -74,22 +64,26 @@ def read_bench(source: Path, gages: int) -> tuple[Phase, ...]:
     except SolverError as error:
         bound = "such that each shear gives a force, and the quick press is measured"
         raise DesignError([Fault("traces", str(table), bound, str(error))]) from error
-    return tuple(_phase(row, trace, delay) for row, trace in zip(rows, traces, strict=True))
+    return tuple(
+        replace(each, points=points_of(trace, each.samples, delay))
+        for each, trace in zip(phases, traces, strict=True)
+    )
 
 
-def _phase(row: _Row, trace: Trace, delay: int = 0) -> Phase:
+def _phase(row: dict[str, str], trace: Trace) -> Phase:
+    samples = float(row.get("samples") or 1.0)
     return Phase(
-        row.name,
-        row.kind,
-        row.friction_coefficient,
-        row.tilt_deg,
-        points_of(trace, row.samples, delay),
-        row.samples,
+        row["trace"],
+        next(kind for kind in KINDS if kind == row["phase"]),
+        float(row["friction_coefficient"]),
+        float(row.get("tilt_deg") or 0.0),
+        points_of(trace, samples),
+        samples,
         trace,
     )
 
 
-def _table_of(path: Path) -> list[_Row]:
+def _table_of(path: Path) -> list[dict[str, str]]:
     bound = f"a folder with {TABLE}, or such a table"
     text = csv_text_of(path, "--measured", bound)
     try:
@@ -107,7 +101,7 @@ def _table_of(path: Path) -> list[_Row]:
             rows.append(row)
     if faults := faults or list(_count_faults([row["phase"] for row in rows])):
         raise DesignError(faults, str(path))
-    return list(map(_row_of, rows))
+    return rows
 
 
 def _header_faults(header: Sequence[str]) -> list[Fault]:
@@ -119,16 +113,6 @@ def _header_faults(header: Sequence[str]) -> list[Fault]:
         for k, name in enumerate(header)
         if name not in COLUMNS or name in header[:k]
     ]
-
-
-def _row_of(cells: dict[str, str]) -> _Row:
-    return _Row(
-        cells["trace"],
-        next(kind for kind in KINDS if kind == cells["phase"]),
-        float(cells["friction_coefficient"]),
-        float(cells.get("tilt_deg") or 0.0),
-        float(cells.get("samples") or 1.0),
-    )
 
 
 def _row_faults(number: int, row: dict[str, str], whole: bool) -> list[Fault]:
@@ -198,9 +182,6 @@ def _press_faults(phase: Phase) -> Iterator[Fault]:
 
 
 def _shear_faults(phase: Phase) -> Iterator[Fault]:
-    if found := list(_pull_faults(phase)):
-        yield from found
-        return
     at = phase.points
     if not at.shear[-1] > 0.0:
         yield Fault("dx_mm", f"{at.shear[-1]:g} mm in all", "toward +x", "mind the sign")
@@ -213,9 +194,6 @@ def _shear_faults(phase: Phase) -> Iterator[Fault]:
 
 
 def _slide_faults(phase: Phase) -> Iterator[Fault]:
-    if found := list(_pull_faults(phase)):
-        yield from found
-        return
     at = phase.points
     ratio = float(np.sign(at.shear[-1]) * at.tangential_force[-1] / at.normal_force[-1])
     least, most = (share * phase.friction_coefficient for share in _SLID)
@@ -246,16 +224,16 @@ def _quick_faults(phase: Phase) -> Iterator[Fault]:
         yield Fault("dy_mm", f"{moves} moves", "one move that closes, then none", "press at once")
 
 
-def _phase_faults(phase: Phase) -> Iterator[Fault]:
-    """Faults of a trace that is not what its phase says."""
-    checks: dict[Kind, Callable[[Phase], Iterator[Fault]]] = {
-        "press": _press_faults,
-        "shear": _shear_faults,
-        "slide": _slide_faults,
-        "tilt": _press_faults,
-        "quick": _quick_faults,
+def _phase_faults(phase: Phase) -> list[Fault]:
+    """Faults of a trace that is not what its phase says: of the first check that finds any."""
+    checks: dict[Kind, Sequence[Callable[[Phase], Iterator[Fault]]]] = {
+        "press": (_press_faults,),
+        "shear": (_pull_faults, _shear_faults),
+        "slide": (_pull_faults, _slide_faults),
+        "tilt": (_press_faults,),
+        "quick": (_quick_faults,),
     }
-    return checks[phase.kind](phase)
+    return next(filter(None, (list(check(phase)) for check in checks[phase.kind])), [])
 
 
 def table_text(phases: Sequence[Phase]) -> str:
@@ -264,4 +242,4 @@ def table_text(phases: Sequence[Phase]) -> str:
         (p.name, p.kind, f"{p.friction_coefficient:g}", f"{p.tilt_deg:g}", f"{p.samples:g}")
         for p in phases
     ]
-    return "\n".join(",".join(row) for row in [COLUMNS, *rows]) + "\n"
+    return csv_text(COLUMNS, rows)

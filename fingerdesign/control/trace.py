@@ -11,7 +11,6 @@ would compute with a gap, a NaN or another unit all the same: so such a trace is
 
 import csv
 import difflib
-import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace_units import cell_fault, unit_faults
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.base import csv_text
 from fingerdesign.runtime.files import whole_text
 
 COLUMNS = ("time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N")
@@ -63,8 +63,8 @@ class Trace:
             names, columns = [*names, "lifted"], [*columns, self.lifted.astype(float)]
         if self.temperature is not None:
             names, columns = [*names, TEMPERATURE], [*columns, self.temperature]
-        rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
-        return "\n".join([",".join(names), *rows]) + "\n"
+        rows = ([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))
+        return csv_text(names, rows)
 
 
 def trace_of(samples: Sequence[Sample], moves: Sequence[tuple[float, float]], rate: float) -> Trace:
@@ -207,29 +207,20 @@ def csv_numbers(
             remedy = "mend the row; decimals take a point"
             faults.append(cell_fault(row, place, f"{len(cells)} cells in the row", bound, remedy))
             continue
-        if (whole := _sound_row(cells)) is not None:
-            table[k] = whole
-            continue
-        for j, (name, cell) in enumerate(zip(header, cells, strict=True)):
-            try:
-                table[k, j] = float(cell.replace("_", "?"))
-            except ValueError:
-                what = f"'{cell}'" if cell else "empty"
+        table[k] = list(map(_number, cells))
+        for j in np.flatnonzero(~np.isfinite(table[k])):
+            cell, bound = cells[j], "a finite number"
+            remedy = "the sensor gave nothing: cut the trace there"
+            if _number(cell) is None:
+                cell, bound = f"'{cell}'" if cell else "empty", "a number"
                 remedy = "record it, or cut the trace there"
-                faults.append(cell_fault(row, name, what, "a number", remedy))
-                continue
-            if not np.isfinite(table[k, j]):
-                remedy = "the sensor gave nothing: cut the trace there"
-                faults.append(cell_fault(row, name, cell, "a finite number", remedy))
+            faults.append(cell_fault(row, header[j], cell, bound, remedy))
     return table, faults
 
 
-def _sound_row(cells: Sequence[str]) -> list[float] | None:
-    """The numbers of a row, None where a cell of it holds no finite number."""
-    if any("_" in cell for cell in cells):  # Python would read 1_0 as 10
-        return None
+def _number(cell: str) -> float | None:
+    """The number in a cell; None, in a table NaN, without one. Python would read 1_0 as 10."""
     try:
-        numbers = list(map(float, cells))
+        return float(cell.replace("_", "?"))
     except ValueError:
         return None
-    return numbers if all(map(math.isfinite, numbers)) else None
