@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
-
-import numpy as np
 
 from fingerdesign.control.signals import Sample
 
@@ -32,12 +29,6 @@ class Command:
     unsure: bool | None = None
     stick_ratio: float | None = None
     warns: bool | None = None
-
-
-def holds(commands: Sequence[Command]) -> int:
-    """Number of times that holding began."""
-    held = np.array([False, *(command.hold for command in commands)])
-    return int((held[1:] & ~held[:-1]).sum())
 
 
 class Controller(Protocol):

@@ -24,7 +24,7 @@ from fingerdesign.control.plants.plant import (
     safety_margin,
 )
 from fingerdesign.control.plants.rig import Rig
-from fingerdesign.control.roster import Command, Controller, holds, make_controller
+from fingerdesign.control.roster import Command, Controller, make_controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip, pull_at
 from fingerdesign.errors import SolverError
@@ -176,8 +176,8 @@ def run_episode(
         raise
     except SolverError as error:
         outcome, reason = "failed", str(error)
-    result = _result(run, friction_coefficient, outcome, reason)
-    trace = _trace(run, result, len(calibration.gage_x))
+    trace = _trace(run, friction_coefficient)
+    result = _result(run, trace, outcome, reason)
     episode = Episode(result, trace, run.slip, tuple(run.samples))
     unsure = unsure_at_the_end(
         episode.to_slip, result.gross_slip, MOST_FORCE * result.least_force_N
@@ -185,26 +185,25 @@ def run_episode(
     return replace(episode, result=replace(result, unsure=unsure))
 
 
-def _result(run: _Run, friction_coefficient: float, outcome: GripEnding, reason: str) -> GripResult:
+def _result(run: _Run, trace: GripTrace, outcome: GripEnding, reason: str) -> GripResult:
     truths = run.truths
     gripping = truths[run.preload_moves :] if run.preload_moves else []
-    last = truths[-1] if truths else Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False)
-    lift = run.lift
-    margin = None if lift is None else safety_margin(truths[lift], friction_coefficient)
+    last = truths[-1] if truths else Truth()
+    lift, friction = run.lift, trace.friction_coefficient
     return GripResult(
-        controller=run.controller.name,
-        friction_coefficient=friction_coefficient,
+        controller=trace.controller,
+        friction_coefficient=friction,
         object_mass_g=run.object_mass_g,
         lifted=lift is not None,
         gross_slip=outcome in ("complete slip", "caught"),
         final_normal_force_N=last.normal_force,
         final_tangential_force_N=last.tangential_force,
-        safety_margin=margin,
+        safety_margin=None if lift is None else safety_margin(truths[lift], friction),
         minimum_stick_ratio=minimum_stick_ratio(gripping),
         peak_normal_force_N=max((truth.normal_force for truth in truths), default=0.0),
         slip_distance_mm=last.slip_distance,
         steps=len(gripping),
-        holds=holds(run.commands),
+        holds=len(trace.hold_starts),
         ending=reason,
         slid_mm=last.slid,
         caught=last.caught,
@@ -217,22 +216,27 @@ def _result(run: _Run, friction_coefficient: float, outcome: GripEnding, reason:
     )
 
 
-def _trace(run: _Run, result: GripResult, gages: int) -> GripTrace:
-    truths, commands = run.truths, run.commands
+def _trace(run: _Run, friction_coefficient: float) -> GripTrace:
+    truths, commands, gages = run.truths, run.commands, len(run.calibration.gage_x)
     supported = any(truth.lifted is not None for truth in truths)
     reports = any(command.stick_ratio is not None for command in commands)
-    warns = any(command.warns is not None for command in commands)
 
     def numbers(of: Sequence[Truth | Command], name: str) -> Array:
-        values = [getattr(each, name) for each in of]
-        return np.array([np.nan if value is None else value for value in values], dtype=float)
+        return np.array([getattr(each, name) for each in of], dtype=float)  # None: NaN
+
+    def flags(name: str, of_press: bool) -> BoolArray | None:
+        """None of a controller that never reports them."""
+        found = [getattr(each, name) for each in commands]
+        if all(each is None for each in found):
+            return None
+        return np.array([of_press if each is None else each for each in found])
 
     names = "approach", "shear", "normal_force", "tangential_force", "stick_ratio"
     moved: dict[str, Any] = {name: numbers(truths, name) for name in names}
     return GripTrace(
-        controller=result.controller,
-        friction_coefficient=result.friction_coefficient,
-        object_mass_g=result.object_mass_g,
+        controller=run.controller.name,
+        friction_coefficient=friction_coefficient,
+        object_mass_g=run.object_mass_g,
         **moved,
         gage_area_mm=numbers(commands, "area"),
         dx=numbers(commands, "dx"),
@@ -241,17 +245,10 @@ def _trace(run: _Run, result: GripResult, gages: int) -> GripTrace:
         gage_readings=np.array([s.readings for s in run.samples]).reshape(len(truths), gages),
         lift_step=run.lift,
         rise=numbers(truths, "rise") if supported else None,
-        unsure=_unsure(commands),
+        unsure=flags("unsure", True),
         reported_stick_ratio=numbers(commands, "stick_ratio") if reports else None,
-        warns=np.array([bool(command.warns) for command in commands]) if warns else None,
+        warns=flags("warns", False),
     )
-
-
-def _unsure(commands: Sequence[Command]) -> BoolArray | None:
-    """The flags by step; None of a controller that never reports it. The press counts as unsure."""
-    if all(each.unsure is None for each in commands):
-        return None
-    return np.array([each.unsure is not False for each in commands])
 
 
 def judged_warnings(episode: Episode, grip: Grip) -> GripResult:

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from fingerdesign.control.command import Command, Controller, holds
+from fingerdesign.control.command import Command, Controller
 from fingerdesign.control.guarded import Guarded
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.registry import CONTROLLERS, LAST, Kind, own_values
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
 
-__all__ = ["Command", "Controller", "holds"]  # Modules of controllers import them from here.
+__all__ = ["Command", "Controller"]  # Modules of controllers import them from here.
 Look = tuple[str, Any, str]  # colour (report/style's name, or #rrggbb), dashes, marker
 _Make = TypeVar("_Make", bound=Callable[..., Controller])
 # The calls that a controller must accept: making it, and its two methods.
