@@ -29,6 +29,7 @@ COLLISION = "collision"
 COLOURS = {"body": "0.80 0.84 0.88 1", "plates": "0.72 0.45 0.20 1", "core": "0.93 0.90 0.80 1"}
 FLEX_MM = (0.2, 20.0)  # At 0.2 a finger has a quarter of a million tetrahedra, and loads in 3 s.
 _SITE_M = 0.0002
+_MOMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # places of an inertia's numbers
 _DAMPING_s = 0.0005  # Of the flex, Rayleigh's: it damps a swing of 100 Hz by a sixth.
 FOLDERS = {
     "xml": RecordFolder("MuJoCo model", "finger.xml", ("finger.xml", "*.stl")),
@@ -123,9 +124,8 @@ def mjcf(finger: Description) -> str:
         xml.SubElement(root, "option", integrator="discrete")
     asset = xml.SubElement(root, "asset")
     body = xml.SubElement(xml.SubElement(root, "worldbody"), "body", name=finger.name)
-    rigid, off = finger.rigid, ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    if rigid is not None:
-        full = _numbers([rigid.inertia[pair] for pair in off])
+    if (rigid := finger.rigid) is not None:
+        full = _numbers([rigid.inertia[place] for place in _MOMENTS])
         about = {"pos": _numbers(rigid.centre), "mass": f"{rigid.mass:.9g}", "fullinertia": full}
         xml.SubElement(body, "inertial", about)
     if finger.flex is not None:
@@ -170,9 +170,8 @@ def urdf(finger: Description) -> str:
     assert rigid is not None  # it has no flex: URDF knows none
     xml.SubElement(inertial, "origin", xyz=_numbers(rigid.centre), rpy="0 0 0")
     xml.SubElement(inertial, "mass", value=f"{rigid.mass:.9g}")
-    names = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2)}
-    pairs = {**names, "iyz": (1, 2)}
-    xml.SubElement(inertial, "inertia", {k: f"{rigid.inertia[p]:.9g}" for k, p in pairs.items()})
+    inertia = {f"i{'xyz'[j]}{'xyz'[k]}": f"{rigid.inertia[j, k]:.9g}" for j, k in _MOMENTS}
+    xml.SubElement(inertial, "inertia", inertia)
     for part, path in finger.meshes.items():
         role = xml.SubElement(link, "collision" if part == COLLISION else "visual", name=part)
         geometry = xml.SubElement(role, "geometry")

@@ -7,32 +7,15 @@ from collections.abc import Iterator
 
 from fingerdesign.records.verdict import VerdictView
 from fingerdesign.report.page import Bullets, Fold, Item, Page, Section, Text, page_html, texts_of
-from fingerdesign.trials.figures import (
-    WORDS,
-    chart_png,
-    force_figure,
-    map_figure,
-    paths_figure,
-    success_figure,
-)
+from fingerdesign.trials import figures, tables
 from fingerdesign.trials.findings import findings
 from fingerdesign.trials.record import ControlData, ControlStudy
-from fingerdesign.trials.tables import (
-    condition_tables,
-    main_tables,
-    noise_tables,
-    tug_tables,
-    tuning_tables,
-    warning_tables,
-)
-
-__all__ = ["chart_png", "control_html"]
 
 
 def control_html(study: ControlStudy) -> str:
     """The page of a study; figures are of its ``trace_noise``."""
     data, found = study.data, findings(study.data)
-    words = texts_of(WORDS)["page"]
+    words = texts_of(figures.WORDS)["page"]
     title = f"{data['design']}: controllers compared"
     details = [f"{each.verdict.sign} {each.question} {each.detail}" for each in found]
     success = Text(words["success"].format(most=data["criteria"]["most_force_ratio"]), "quiet")
@@ -50,7 +33,7 @@ def control_html(study: ControlStudy) -> str:
             Section("tables", "Tables", list(_tables(study))),
         ],
         record=list(_record(data)),
-        first=success_figure(data),
+        first=figures.success_figure(data),
         view=view,
     )
     return page_html(page)
@@ -58,29 +41,29 @@ def control_html(study: ControlStudy) -> str:
 
 def _figures(study: ControlStudy) -> Iterator[Item]:
     data, noise = study.data, study.trace_noise
-    yield force_figure(data, study.trials, noise)
+    yield figures.force_figure(data, study.trials, noise)
     if data["conditions"]["perturbed"] is None:
-        yield map_figure(data, study.trials, noise)
-        yield paths_figure(study.traces, noise)
+        yield figures.map_figure(data, study.trials, noise)
+        yield figures.paths_figure(study.traces, noise)
 
 
 def _tables(study: ControlStudy) -> Iterator[Item]:
     data, noise = study.data, study.trace_noise
-    criteria, words = data["criteria"], texts_of(WORDS)["page"]
+    criteria, words = data["criteria"], texts_of(figures.WORDS)["page"]
     warned = words["warnings"].format(
         warning=criteria["warning_stick_ratio"], alarm=criteria["false_alarm_stick_ratio"]
     )
     folded = {
-        "Who lifts, and how": (main_tables(data, noise), words["lifts"]),
-        "Tuning": (tuning_tables(data["tuning"]), ""),
-        "By noise": (noise_tables(data), ""),
-        "Tugged": (tug_tables(data), words["tugs"]),
-        "Warnings before slip": (warning_tables(data, noise), warned),
-        "Conditions": (condition_tables(data), ""),
+        "Who lifts, and how": (tables.main_tables(data, noise), words["lifts"]),
+        "Tuning": (tables.tuning_tables(data["tuning"]), ""),
+        "By noise": (tables.noise_tables(data), ""),
+        "Tugged": (tables.tug_tables(data), words["tugs"]),
+        "Warnings before slip": (tables.warning_tables(data, noise), warned),
+        "Conditions": (tables.condition_tables(data), ""),
     }
-    for title, (tables, how) in folded.items():
-        if tables:
-            yield Fold(title, [*tables, *([Text(how, "quiet")] if how else [])])
+    for title, (found, how) in folded.items():
+        if found:
+            yield Fold(title, [*found, *([Text(how, "quiet")] if how else [])])
 
 
 def _record(data: ControlData) -> Iterator[Item]:
@@ -92,4 +75,4 @@ def _record(data: ControlData) -> Iterator[Item]:
     )
     versions = ", ".join(f"{name} {each}" for name, each in data["versions"].items())
     yield Text(f"Versions: {versions or 'not recorded'}.")
-    yield Text(texts_of(WORDS)["page"]["files"], "quiet")
+    yield Text(texts_of(figures.WORDS)["page"]["files"], "quiet")

@@ -39,19 +39,11 @@ from fingerdesign.sensing.model import (
 from fingerdesign.sensing.perturb.finger import refuse_faults
 from fingerdesign.sensing.train.ready import estimator_of
 from fingerdesign.sensing.train.result import estimator_faults
-from fingerdesign.trials import lerobot
+from fingerdesign.trials import lerobot, record
 from fingerdesign.trials.bench import Bench, GripBench, PerturbedBench
+from fingerdesign.trials.figures import chart_png
 from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, faults_of, refuse, seed_of
-from fingerdesign.trials.page import chart_png, control_html
-from fingerdesign.trials.record import (
-    CSV_FILE,
-    RECORD_FILE,
-    ControlStudy,
-    TuningData,
-    conditions_data,
-    control_data,
-    grips_csv,
-)
+from fingerdesign.trials.page import control_html
 from fingerdesign.trials.stored import FIELDS, KIND, Report, run_batches
 from fingerdesign.trials.summary import Trial
 from fingerdesign.trials.tuning import (
@@ -71,8 +63,8 @@ PAGE_FILE, CHART_FILE = "control.html", "control.png"
 # path_*.csv: the grips that the page draws, one each.
 FOLDER = RecordFolder(
     "control study",
-    RECORD_FILE,
-    (RECORD_FILE, CSV_FILE, PAGE_FILE, CHART_FILE, DESIGN_FILE, "path_*.csv"),
+    record.RECORD_FILE,
+    (record.RECORD_FILE, record.CSV_FILE, PAGE_FILE, CHART_FILE, DESIGN_FILE, "path_*.csv"),
 )
 
 
@@ -96,7 +88,7 @@ def run_study(
     grid: ControlGrid,
     journal: Path,
     options: StudyOptions = StudyOptions(),
-) -> ControlStudy:
+) -> record.ControlStudy:
     """Run every grip that the file ``journal`` does not hold yet, and sum up.
 
     The journal stays: the caller, who has written the study's files, may delete it. Raises
@@ -132,7 +124,7 @@ def run_study(
     trials = tuple(Trial(cell, seed_of(cell, grid.seed), found[cell]) for cell in cells)
     whole = sum(clock.seconds.values())
     clock.seconds.pop("paths", None)
-    data = control_data(
+    data = record.control_data(
         trials,
         names,
         grid,
@@ -149,7 +141,7 @@ def run_study(
         versions=versions(),
         peak_memory_MB=largest_memory_MB(),
     )
-    return ControlStudy(data, trials, traces, noise, design if tuning else None)
+    return record.ControlStudy(data, trials, traces, noise, design if tuning else None)
 
 
 def run_lifts(
@@ -226,7 +218,7 @@ def _study_digest(
     shared: dict[str, Any] = {
         "seed": grid.seed,
         "hold_s": grid.hold_s,
-        "tug": conditions_data(grid)["tug"],
+        "tug": record.conditions_data(grid)["tug"],
     }
     if grid.perturbed is not None:  # Objects are drawn between the ends of these axes.
         shared["ends"] = [(min(axis), max(axis)) for axis in (grid.frictions, grid.masses_g)]
@@ -239,19 +231,19 @@ def _study_digest(
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def write_study(study: ControlStudy, folder: Path) -> None:
+def write_study(study: record.ControlStudy, folder: Path) -> None:
     """Write all products into a folder that exists; the record comes last."""
     (folder / CHART_FILE).write_bytes(chart_png(study.data))
     (folder / PAGE_FILE).write_text(control_html(study), encoding="utf-8")
-    (folder / CSV_FILE).write_text(grips_csv(study.trials), encoding="utf-8")
+    (folder / record.CSV_FILE).write_text(record.grips_csv(study.trials), encoding="utf-8")
     for trace in study.traces:
         mu, mass = trace.friction_coefficient, trace.object_mass_g
         write_grip_csv(folder / f"path_{trace.controller}_mu{mu:g}_{mass:g}g.csv", trace)
-    tuning: TuningData | None = study.data["tuning"]
+    tuning: record.TuningData | None = study.data["tuning"]
     if study.tuned is not None and tuning is not None:
         text = tuned_text(study.tuned, tuning, study.data["conditions"]["seed"])
         (folder / DESIGN_FILE).write_text(text, encoding="utf-8")
-    (folder / RECORD_FILE).write_text(json_text(study.data), encoding="utf-8")
+    (folder / record.RECORD_FILE).write_text(json_text(study.data), encoding="utf-8")
 
 
 def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTrace]:
