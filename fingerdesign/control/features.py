@@ -167,11 +167,13 @@ def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> A
     touch = history[start].sample
     before = max(touch.normal_force, LEAST_FORCE)
     scale_then, alone_then = _scale(curves, before)
-    arm = _arm(history)
+    samples = [each.sample for each in history]
+    ratios = (s.tangential_force / max(s.normal_force, LEAST_FORCE) for s in samples)
+    arm = _arm(samples)
     parts: list[Any] = [
         known * (now.readings - alone) / (scale * pressed),
         [math.log(pressed), now.tangential_force / pressed, math.log(noise + 0.1)],
-        [max(0.0, *(_ratio(each.sample) for each in history)), curves.left_by_turn(pressed, arm)],
+        [max(0.0, *ratios), curves.left_by_turn(pressed, arm)],
         *(
             _changes(history[first:], curves, (scale, alone, arm), known)
             for first in (*(max(last - lag, 0) for lag in LAGS), start)
@@ -201,14 +203,8 @@ def _dead(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Arra
     return dead
 
 
-def _ratio(sample: Sample) -> float:
-    """F_t / F_n: the friction coefficient is at least the largest that there was."""
-    return sample.tangential_force / max(sample.normal_force, LEAST_FORCE)
-
-
-def _arm(history: Sequence[Moment]) -> float:
+def _arm(samples: Sequence[Sample]) -> float:
     """The arm of the object's weight, mm: torque over F_t; 0 of a cell without torque."""
-    samples = [each.sample for each in history]
     if all(each.torque is None for each in samples):
         return 0.0
     force = np.array([each.tangential_force for each in samples])

@@ -10,7 +10,6 @@ from fingerdesign.trials.record import ControlData
 from fingerdesign.trials.summary import NoiseSummary
 
 HELD_SHARE = 0.99  # The regulator is to hold this fraction of the grid.
-TUNED_THERE = "All have the parameters of the design’s [grip] table: they are tuned where that is."
 
 
 @dataclass(frozen=True)
@@ -170,5 +169,5 @@ def _against(own: NoiseSummary, controller: str, rival: NoiseSummary) -> Finding
         "Does it succeed at least as often as the best rival, at a lower peak force?",
         f"Best rival that knows no more: {name}, success {percent(rate_of(rival.success))}, "
         f"{_peak(rival.peak_ratio)}; regulator {percent(rate)}, {_peak(own.peak_ratio)}. "
-        f"{TUNED_THERE}",
+        "All have the parameters of the design’s [grip] table: they are tuned where that is.",
     )

@@ -71,7 +71,6 @@ class PaperController:
         self._rule = rule
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
-        """Begin a grip; see :class:`Controller`."""
         self._calibration = calibration
         self._order = line_of(calibration.gage_x)
         self._stiffness = calibration.tangential_stiffness
@@ -83,7 +82,6 @@ class PaperController:
         self._begin_curve(sample)
 
     def command(self, sample: Sample) -> Command:
-        """The next move; see :class:`Controller`."""
         if sample.lifted:
             return Command(0.0, 0.0, False, self._area, warns=self._warns(False))
         self._learn_stiffness(sample)

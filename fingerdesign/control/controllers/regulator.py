@@ -130,7 +130,6 @@ class Regulator:
         self._taught = self.estimator = held.estimator
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
-        """Begin a grip; see Controller."""
         self.estimator = self._taught.on_rig(calibration)
         self._stiffness = calibration.tangential_stiffness
         self._pressing = 0.0  # dF_n/dy, N/mm, once it has been measured
@@ -150,7 +149,6 @@ class Regulator:
         return self._belief.mean
 
     def command(self, sample: Sample) -> Command:
-        """The next move; see Controller."""
         if self._settling > 0:
             self._settling -= 1
             self._history = [Moment(sample, 0.0, 0.0)]

@@ -121,7 +121,6 @@ class _Hand:
         self._own = own
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
-        """Begin a grip; see :class:`fingerdesign.control.roster.Controller`."""
         self._forces = calibration.normal.normal_force
         self._travel = np.linspace(0.0, self._bench_travel, len(self._forces))
         self._stiffness = calibration.tangential_stiffness
@@ -130,7 +129,6 @@ class _Hand:
         self._begin(sample)
 
     def command(self, sample: Sample) -> Command:
-        """The next move; see :class:`fingerdesign.control.roster.Controller`."""
         target = self._target_force(sample)
         dx = 0.0 if sample.lifted else self._pull(sample, target)
         self._moved(sample, dx)

@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 
@@ -341,17 +342,14 @@ class LiftPlant:
             except NoEquilibrium:
                 if self._timed.inertia is not None:
                     return self._slide_from(move)
-                standing = self._fingers.stand(closing, hand)
-                if standing.carried <= weight:
-                    return _Found(standing, lifted=False, dropped=True)
-                return _Found(self._fingers.hang(closing, weight, hand), lifted=True)
-            if hanging.shear < hand:
-                return _Found(hanging, lifted=True)
-            # The hand has set it down.
-            return _Found(self._fingers.stand(closing, hand), lifted=False)
+            else:
+                if hanging.shear < hand:
+                    return _Found(hanging, lifted=True)
+                # The hand has set it down.
+                return _Found(self._fingers.stand(closing, hand), lifted=False)
         standing = self._fingers.stand(closing, hand)
         if standing.carried <= weight:
-            return _Found(standing, lifted=False)
+            return _Found(standing, lifted=False, dropped=self._lifted)
         return _Found(self._fingers.hang(closing, weight, hand), lifted=True)
 
     def _slide_from(self, move: _Move) -> _Found:
@@ -388,15 +386,12 @@ class LiftPlant:
         if at >= move.hand or self._slide_way > inertia.drop:
             landed = self._fingers.stand(move.closing, move.hand)
             return _Found(landed, lifted=False, dropped=True)
-        held = self._fingers.stand(move.closing, at)
-        if slid.caught is None:
-            return _Found(held, lifted=True, slid=True, sliding=True)
-        self._fingers.accept(held)
-        try:
-            held = self._fingers.hang(move.closing, move.weight)
-        except NoEquilibrium:  # held for a part of the step alone
-            return _Found(held, lifted=True, slid=True, sliding=True)
-        return _Found(held, lifted=True, slid=True)
+        held, sliding = self._fingers.stand(move.closing, at), True
+        if slid.caught is not None:
+            self._fingers.accept(held)
+            with suppress(NoEquilibrium):  # held for a part of the step alone
+                held, sliding = self._fingers.hang(move.closing, move.weight), False
+        return _Found(held, lifted=True, slid=True, sliding=sliding)
 
     def _note_motion(self, move: _Move, found: _Found, begins: bool) -> None:
         """The object's speed from here on, and the report of its slides."""
