@@ -18,13 +18,14 @@ The surface is one plane of known friction coefficient in all phases.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.calibration import Calibration, delay_of
+from fingerdesign.control.calibration import Calibration, Shear, delay_of, rising
 from fingerdesign.control.plants.plant import Plant
 from fingerdesign.control.signals import NormalCalibration
 from fingerdesign.control.trace import Trace
@@ -32,7 +33,6 @@ from fingerdesign.errors import SolverError
 
 Kind = Literal["press", "shear", "slide", "tilt", "quick"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-LEAST_SHEARS = 2
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,8 @@ def bench_curves(phases: Sequence[Phase], gage_x: Array) -> BenchCurves:
     (press,) = _of_kind(phases, "press")
     cross_talk = _cross_talk(phases)
     normal, approach = pressed(press.points)
-    sticking, stiffness = _sticking(phases, normal)
+    sheared = [_sheared(each, normal) for each in _of_kind(phases, "shear")]
+    sticking, stiffness = rising(sorted(sheared, key=itemgetter(0)))
     found = Calibration(
         gage_x=np.asarray(gage_x, dtype=float),
         normal=normal,
@@ -176,22 +177,6 @@ def _slid(phase: Phase, normal: NormalCalibration, cross_talk: float) -> tuple[S
     alone = np.array([normal.at(float(force)) for force in forces])
     responses = (at.readings[moved] - alone) / pulls[-1]
     return Slide(at.shear[moved], pulls, responses), float(pulls[-1] / forces[-1])
-
-
-def _sticking(
-    phases: Sequence[Phase], normal: NormalCalibration
-) -> tuple[NormalCalibration, Array]:
-    """Responses to the small shears, by F_n, and dF_t/dx (k,); those that rise. Raises SolverError
-    where they are too few."""
-    rising: list[tuple[float, Array, float]] = []
-    sheared = [_sheared(each, normal) for each in _of_kind(phases, "shear")]
-    for each in sorted(sheared, key=lambda found: found[0]):
-        if each[2] > 0.0 and (not rising or each[0] > rising[-1][0]):
-            rising.append(each)
-    if len(rising) < LEAST_SHEARS:
-        raise SolverError("sheared on the bench, the finger gives no rising tangential force")
-    forces, responses, stiffness = (np.array(each) for each in zip(*rising, strict=True))
-    return NormalCalibration(forces, responses), stiffness
 
 
 def _delay(phases: Sequence[Phase], normal: NormalCalibration, approach: Array) -> int:
@@ -223,8 +208,7 @@ def _of_kind(phases: Sequence[Phase], kind: Kind) -> list[Phase]:
     return [each for each in phases if each.kind == kind]
 
 
-def _sheared(phase: Phase, normal: NormalCalibration) -> tuple[float, Array, float]:
-    """F_n before a small shear, the gages' response per N of F_t, dF_t/dx."""
+def _sheared(phase: Phase, normal: NormalCalibration) -> Shear:
     at = phase.points
     last = int(np.flatnonzero(at.shear == 0.0)[-1])
     rise = float(at.tangential_force[-1] - at.tangential_force[last])

@@ -11,15 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from fingerdesign.control.bench_curves import (
-    KINDS,
-    LEAST_SHEARS,
-    Kind,
-    Phase,
-    bench_curves,
-    points_of,
-    pressed,
-)
+from fingerdesign.control.bench_curves import KINDS, Kind, Phase, bench_curves, points_of, pressed
+from fingerdesign.control.calibration import LEAST_SHEARS
 from fingerdesign.control.trace import Trace, csv_text_of, read_trace
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.records.base import csv_text

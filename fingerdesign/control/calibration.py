@@ -32,6 +32,8 @@ from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 
 LEAST_GAGES = 2  # A hand's finger has so many: the rule compares them.
+LEAST_SHEARS = 2
+Shear = tuple[float, Array, float]  # F_n before a small shear, microstrain per N of F_t, dF_t/dx
 # The first shear is this fraction of the preload: F_t is then 2 % of F_n, far from slip at any
 # usual friction.
 _SMALL_SHEAR = 0.05
@@ -128,7 +130,7 @@ def calibrate(
     full_stick = response(pressed, sheared, normal)
     if not full_stick.max() > 0.0:
         raise SolverError("no gage answers to a shear at the preload")
-    sticking, stiffness = _sticking(make_plant, bounds, normal)
+    sticking, stiffness = rising(_sheared(make_plant, bounds, normal))
     delay = 0
     if make_moving is not None:
         force = float(np.interp(bounds.preload, approach, forces))
@@ -194,26 +196,30 @@ def _quick_press(plant: Plant, preload: float) -> Iterator[float]:
         yield plant.move(0.0, 0.0).normal_force
 
 
-def _sticking(
-    make_plant: PlantMaker, bounds: Bounds, normal: NormalCalibration
-) -> tuple[NormalCalibration, Array]:
-    """Responses (k, g) to a small shear at a few depths, microstrain/N, by the F_n (k,) there; and
-    dF_t/dx (k,), N/mm."""
-    forces: list[float] = []
-    stiffness: list[float] = []
-    responses: list[Array] = []
-    for depth in np.geomspace(bounds.preload, bounds.max_approach, DEPTHS):
+def _sheared(make_plant: PlantMaker, bounds: Bounds, normal: NormalCalibration) -> Iterator[Shear]:
+    """Small shears at a few depths; as noisy as without a rise of F_t, a depth gives nothing."""
+    for depth in np.geomspace(bounds.preload, bounds.max_approach, DEPTHS).tolist():
         plant = make_plant()
-        *_, before = press(plant, float(depth), max(bounds.approach_step, 0.2 * float(depth)))
-        shear = STICKING_SHEAR * float(depth)
+        *_, before = press(plant, depth, max(bounds.approach_step, 0.2 * depth))
+        shear = STICKING_SHEAR * depth
         now = plant.move(shear, 0.0)
         rise = now.tangential_force - before.tangential_force
-        if not rise > 0.0 or (forces and not before.normal_force > forces[-1]):
-            continue  # as noisy as this, a depth gives nothing
-        alone = normal.at(now.normal_force) - normal.at(before.normal_force)
-        forces.append(before.normal_force)
-        responses.append((now.readings - before.readings - alone) / rise)
-        stiffness.append(rise / shear)
-    if len(forces) < 2:
+        if rise > 0.0:
+            alone = normal.at(now.normal_force) - normal.at(before.normal_force)
+            response = (now.readings - before.readings - alone) / rise
+            yield before.normal_force, response, rise / shear
+
+
+def rising(sheared: Iterable[Shear]) -> tuple[NormalCalibration, Array]:
+    """Responses (k, g) by the F_n (k,) of shears, and dF_t/dx (k,), N/mm; those that rise.
+
+    Raises SolverError where they are too few.
+    """
+    found: list[Shear] = []
+    for each in sheared:
+        if each[2] > 0.0 and (not found or each[0] > found[-1][0]):
+            found.append(each)
+    if len(found) < LEAST_SHEARS:
         raise SolverError("sheared on the bench, the finger gives no rising tangential force")
-    return NormalCalibration(np.array(forces), np.array(responses)), np.array(stiffness)
+    forces, responses, stiffness = (np.array(each) for each in zip(*found, strict=True))
+    return NormalCalibration(forces, responses), stiffness

@@ -46,26 +46,16 @@ def present_record(record: dict[str, Any]) -> dict[str, Any]:
         raise FormerEstimatorError(f"its format is {number}, and {_NO_CURVES}: {AGAIN}")
     bands = record["bands"]
     gages = len(record["curves"]["pressed_microstrain"][0])
-    if int(number) < 4:
-        bands = [_with_features(band, gages) for band in bands]
+    if int(number) < 4:  # the largest F_t / F_n, and the changes since the first pull
+        ratio, since = gages + 3, gages + 3 + _LAGS * (gages + _FORCES)
+        bands = [_with_rows(band, [ratio, *[since] * (gages + _FORCES)]) for band in bands]
     if int(number) < 5:
         bands = [_with_error(band) for band in bands]
-    if int(number) < 6:
-        bands = [_with_turn(band, gages) for band in bands]
+    if int(number) < 6:  # the share of the stiffness that a turn leaves
+        bands = [_with_rows(band, [gages + 4]) for band in bands]
         unknown = [0.0] * len(record["curves"]["approach_mm"])
         record = record | {"curves": record["curves"] | {"turn_radius_mm": unknown}}
     return record | {"format": f"{NAME}{PRESENT}", "bands": bands}
-
-
-def _with_features(band: dict[str, Any], gages: int) -> dict[str, Any]:
-    """Add the largest F_t / F_n, and the changes since the first pull, with no weight."""
-    ratio, since = gages + 3, gages + 3 + _LAGS * (gages + _FORCES)
-    return _with_rows(band, [ratio, *[since] * (gages + _FORCES)])
-
-
-def _with_turn(band: dict[str, Any], gages: int) -> dict[str, Any]:
-    """Add the share of the stiffness that a turn leaves, with no weight."""
-    return _with_rows(band, [gages + 4])
 
 
 def _with_rows(band: dict[str, Any], places: list[int]) -> dict[str, Any]:

@@ -208,7 +208,7 @@ def csv_numbers(
             faults.append(cell_fault(row, place, f"{len(cells)} cells in the row", bound, remedy))
             continue
         table[k] = list(map(_number, cells))
-        for j in np.flatnonzero(~np.isfinite(table[k])):
+        for j in np.flatnonzero(~np.isfinite(table[k])).tolist():
             cell, bound = cells[j], "a finite number"
             remedy = "the sensor gave nothing: cut the trace there"
             if _number(cell) is None:

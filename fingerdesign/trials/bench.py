@@ -23,7 +23,7 @@ from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Timed, off_centre
 from fingerdesign.control.plants.remembered import Memory, RememberedPlant
 from fingerdesign.control.plants.rig import calibrated
-from fingerdesign.control.roster import Controller, make_controller
+from fingerdesign.control.roster import make_controller
 from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.design.keys import set_value
 from fingerdesign.design.schema import Design
@@ -88,18 +88,6 @@ class GripBench:
         """The same bench for other settings of the controllers."""
         return replace(self, grip=grip)
 
-    def controller(self, cell: Cell, slip_ratio: float) -> Controller:
-        """Make a controller; the estimator is given its rig's noise, oracles the mass and the ratio
-        of forces at which the object slips."""
-        estimator = self.estimator
-        return make_controller(
-            cell.controller,
-            self.grip,
-            estimator=None if estimator is None else estimator.at_noise(cell.noise),
-            friction=slip_ratio,
-            mass_g=cell.mass_g,
-        )
-
     def run_batch(self, cells: Iterable[Cell]) -> list[GripResult]:
         """Run cells; a grip whose model fails is a failed grip, with the reason."""
         return [rig.run_cell(cell, memory) for rig, cell, memory in self._prepared(cells)]
@@ -149,11 +137,19 @@ class GripBench:
             lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls, *own),
             Memory() if memory is None else memory,
         )
+        # An oracle knows at which ratio of forces the object slips.
         known = remembered.truth().slip_ratio or cell.friction
+        hand = make_controller(
+            cell.controller,
+            self.grip,
+            estimator=None if self.estimator is None else self.estimator.at_noise(cell.noise),
+            friction=known,
+            mass_g=cell.mass_g,
+        )
         rng = stream(seed_of(cell, self.grid.seed), "samples")
         episode = run_episode(
             ImperfectPlant(remembered, self._noisy(cell.noise), rng, self.plates),
-            self.controller(cell, known),
+            hand,
             self.calibration(cell.noise),
             self.bounds,
             cell.friction,
