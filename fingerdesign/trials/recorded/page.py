@@ -93,7 +93,7 @@ def _ranked(own: SetData) -> Verdict:
 
 def tables(data: RecordedData) -> Iterator[Table]:
     """All detectors on each set; forces at slip, measured and foretold."""
-    shares = (f"{each}, %" for each in ("right", "found", "false", "early"))
+    shares = map("{}, %".format, ("right", "found", "false", "early"))
     columns: tuple[str, ...] = ("detector", "by", *shares, "early by, s", "rank")
     for own in data.sets:
         rows = tuple(
