@@ -25,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.calibration import Calibration, Shear, delay_of, rising
+from fingerdesign.control.calibration import Shear, delay_of, rising
 from fingerdesign.control.plants.plant import Plant
-from fingerdesign.control.signals import NormalCalibration
+from fingerdesign.control.signals import Calibration, NormalCalibration
 from fingerdesign.control.trace import Trace
 from fingerdesign.errors import SolverError
 

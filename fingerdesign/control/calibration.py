@@ -19,7 +19,7 @@ without shear, the finger hardly responds to the friction.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from typing import Self
 
@@ -27,7 +27,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.plants.plant import Plant, PlantMaker, press
-from fingerdesign.control.signals import NormalCalibration, Sample, line_of, response
+from fingerdesign.control.signals import Calibration, NormalCalibration, line_of, response
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 
@@ -46,38 +46,6 @@ SLIDE_DEPTH, _SLIDE_STEP = 0.5, 0.4
 _RISES, _MOST_SLIDES = 0.01, 40
 # So many samples are averaged; more samples than any hardware's delay are waited for.
 _MEAN, _PATIENCE = 10, 1100
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """A finger as its rig knows it; gages in the order of the readings.
-
-    gage_x (g,) mm, NaN in a row along z; normal: readings under F_n alone; full_stick (g,)
-    microstrain/N: response to a small shear where all sticks; tangential_stiffness: dF_t/dx then,
-    N/mm. sticking: the like responses with their signs by F_n, at a few depths; stiffness (k,)
-    dF_t/dx there. approach (c,) mm, of the press. delay: samples from a move until it is measured.
-    cross_talk: F_t measured of each newton of F_n.
-    """
-
-    gage_x: Array
-    normal: NormalCalibration
-    full_stick: Array
-    tangential_stiffness: float
-    sticking: NormalCalibration
-    stiffness: Array
-    approach: Array
-    delay: int = 0
-    cross_talk: float = 0.0
-
-    def corrected(self, sample: Sample) -> Sample:
-        """Return a sample without the cross-talk of F_n in its F_t."""
-        pulled = sample.tangential_force - self.cross_talk * sample.normal_force
-        return replace(sample, tangential_force=pulled)
-
-    @property
-    def scale(self) -> float:
-        """The strongest gage's response at full stick, microstrain/N."""
-        return float(self.full_stick.max())
 
 
 @dataclass(frozen=True)

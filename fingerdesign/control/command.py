@@ -1,14 +1,9 @@
 """Commands of a controller, and the protocol of every controller."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-from fingerdesign.control.signals import Sample
-
-if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.signals import Calibration, Sample
 
 
 @dataclass(frozen=True)

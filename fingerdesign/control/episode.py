@@ -9,7 +9,7 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.turning import MOST_TURN_DEG
-from fingerdesign.control.calibration import Bounds, Calibration
+from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.foresight import judge_warnings
@@ -25,7 +25,7 @@ from fingerdesign.control.plants.plant import (
 )
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.roster import Command, Controller, make_controller
-from fingerdesign.control.signals import Sample
+from fingerdesign.control.signals import Calibration, Sample
 from fingerdesign.design.grip import Grip, pull_at
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import GripTrace

@@ -19,13 +19,11 @@ the readings; a neighbour that is missing or dead counts as 0, the mean of the t
 lifts of film_tees with all faults 289 are good so, and 276 where 0 stands for the dead gage.
 """
 
-from __future__ import annotations
-
 import json
 from base64 import b64decode, b64encode
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,10 +45,8 @@ from fingerdesign.control.former_estimator import (
     FormerEstimatorError,
     present_record,
 )
+from fingerdesign.control.signals import Calibration
 from fingerdesign.errors import FingerDesignError
-
-if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
 
 FORMAT = f"{NAME}{PRESENT}"
 _NO_FILE = "it is not a file that `fingerdesign train` wrote"
@@ -128,11 +124,11 @@ class GripEstimator:
     bands: tuple[Band, ...]
     adopted_from: str = ""
 
-    def at_noise(self, noise: float) -> GripEstimator:
+    def at_noise(self, noise: float) -> Self:
         """The same for a rig with another noise, microstrain: it was trained on all."""
         return replace(self, noise=noise)
 
-    def on_rig(self, calibration: Calibration) -> GripEstimator:
+    def on_rig(self, calibration: Calibration) -> Self:
         """The same for a rig that knows its own finger, whatever gains, moduli and places came out
         as."""
         return replace(self, curves=FingerCurves.of(calibration).turning_as(self.curves))
@@ -177,8 +173,8 @@ class GripEstimator:
         }
         return json.dumps(record, allow_nan=False) + "\n"
 
-    @staticmethod
-    def from_json(text: str) -> GripEstimator:
+    @classmethod
+    def from_json(cls, text: str) -> Self:
         """Read what :meth:`to_json` wrote, here or in a version with a former format
         (former_estimator.py). Raises EstimatorError for anything else."""
         try:
@@ -186,7 +182,7 @@ class GripEstimator:
             if tuple(record["lags"]) != LAGS:
                 raise EstimatorError(f"its lags are not {LAGS}: {AGAIN}")
             curves = record["curves"]
-            found = GripEstimator(
+            found = cls(
                 record["design"],
                 FingerCurves(*(_array(curves[key]) for key in _CURVES)),
                 float(record["noise_microstrain"]),

@@ -26,20 +26,15 @@ either: its features are NaN, and its neighbours stand in for it (estimator.py).
 until it answers.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.signals import Sample
-
-if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.signals import Calibration, Sample
 
 LAGS = (1, 4, 12)  # steps back
 LEAST_FORCE = 0.05  # N: below it there is hardly a contact
@@ -85,13 +80,13 @@ class FingerCurves:
     stiffness: Array
     turn_radius: Array
 
-    @staticmethod
-    def of(calibration: Calibration) -> FingerCurves:
+    @classmethod
+    def of(cls, calibration: Calibration) -> Self:
         """Those of a rig's finger; past the depths at which it was sheared, the nearest one's."""
         normal, sticking = calibration.normal, calibration.sticking
         force, sheared = normal.normal_force, sticking.normal_force
         near = np.clip(force, sheared[0], sheared[-1])
-        return FingerCurves(
+        return cls(
             force,
             normal.readings,
             np.array([sticking.at(each) for each in near]),
@@ -100,7 +95,7 @@ class FingerCurves:
             np.zeros_like(force),
         )
 
-    def turning_as(self, model: FingerCurves) -> FingerCurves:
+    def turning_as(self, model: Self) -> Self:
         """The same with a model's turn radius, which depends on the depth alone."""
         radius = np.interp(self.approach, model.approach, model.turn_radius)
         return replace(self, turn_radius=radius)

@@ -5,8 +5,6 @@ number, write into what it is handed, print, or change numpy's settings. None of
 plant, the record, or standard output, which scripts read; the defect is named with its line.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import traceback
@@ -14,16 +12,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from dataclasses import replace
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerdesign.control.command import Command, Controller
-from fingerdesign.control.signals import Sample
+from fingerdesign.control.signals import Calibration, Sample
 from fingerdesign.errors import FingerDesignError
-
-if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
 
 MOST_MOVE = 1000.0  # mm a step: no stage travels so far, and its square is still a sound number
 _ROUNDING = 1e-6  # a network's share may pass 0 or 1 by so much

@@ -19,24 +19,20 @@ Who knows what: the oracles know friction and mass, the regulator has an estimat
 trained on its design; all others have the design's ``[grip]`` table alone, one for every object.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from inspect import isabstract, signature
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from fingerdesign.control.command import Command, Controller
+from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.guarded import Guarded
+from fingerdesign.design.grip import Grip
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.registry import CONTROLLERS, LAST, Kind, own_values
-
-if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.grip import Grip
 
 __all__ = ["Command", "Controller"]  # Modules of controllers import them from here.
 Look = tuple[str, Any, str]  # colour (report/style's name, or #rrggbb), dashes, marker

@@ -12,7 +12,7 @@ delta F_n alone would cause is taken out first with a normal-only calibration e_
 A is the length of plate positions, linear between gages, where d_i is over a threshold.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,6 +60,38 @@ class Sample:
     tangential_force: float
     lifted: bool = False
     torque: float | None = None
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A finger as its rig knows it; gages in the order of the readings.
+
+    gage_x (g,) mm, NaN in a row along z; normal: readings under F_n alone; full_stick (g,)
+    microstrain/N: response to a small shear where all sticks; tangential_stiffness: dF_t/dx then,
+    N/mm. sticking: the like responses with their signs by F_n, at a few depths; stiffness (k,)
+    dF_t/dx there. approach (c,) mm, of the press. delay: samples from a move until it is measured.
+    cross_talk: F_t measured of each newton of F_n.
+    """
+
+    gage_x: Array
+    normal: NormalCalibration
+    full_stick: Array
+    tangential_stiffness: float
+    sticking: NormalCalibration
+    stiffness: Array
+    approach: Array
+    delay: int = 0
+    cross_talk: float = 0.0
+
+    def corrected(self, sample: Sample) -> Sample:
+        """Return a sample without the cross-talk of F_n in its F_t."""
+        pulled = sample.tangential_force - self.cross_talk * sample.normal_force
+        return replace(sample, tangential_force=pulled)
+
+    @property
+    def scale(self) -> float:
+        """The strongest gage's response at full stick, microstrain/N."""
+        return float(self.full_stick.max())
 
 
 def response(before: Sample, now: Sample, calibration: NormalCalibration | None = None) -> Array:

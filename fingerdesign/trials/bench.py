@@ -15,7 +15,7 @@ from typing import Self
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.contact.gross_slip import meeting
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.calibration import Bounds, Calibration
+from fingerdesign.control.calibration import Bounds
 from fingerdesign.control.episode import Episode, judged_warnings, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import reaction_steps
@@ -24,6 +24,7 @@ from fingerdesign.control.plants.lift import Disturbance, LiftPlant, Timed, off_
 from fingerdesign.control.plants.remembered import Memory, RememberedPlant
 from fingerdesign.control.plants.rig import calibrated
 from fingerdesign.control.roster import make_controller
+from fingerdesign.control.signals import Calibration
 from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.design.keys import set_value
 from fingerdesign.design.schema import Design

@@ -1,11 +1,9 @@
 """Figures of a control study: success, peak forces, map of margins, paths of the forces."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +16,6 @@ from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.findings import percent, words
 from fingerdesign.trials.record import ControlData, ControllerData
 from fingerdesign.trials.summary import Trial
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure as Canvas
 
 WORDS = Path(__file__).parent / "templates" / "words.toml"
 _OTHER = (style.MUTED, "-", "*")
@@ -70,7 +64,7 @@ def chart_png(data: ControlData) -> bytes:
         return style.to_png(_success(data))
 
 
-def _success(data: ControlData) -> Canvas:
+def _success(data: ControlData) -> style.Canvas:
     figure = style.canvas(8.4, 4.2)
     axes = figure.subplots()
     perturbed, noises = data["conditions"]["perturbed"], data["conditions"]["noises_microstrain"]
@@ -188,7 +182,7 @@ def _reasons(counts: dict[str, int]) -> str:
 
 
 def _draw_map(
-    axes: Axes,
+    axes: style.Axes,
     grips: Sequence[GripResult],
     frictions: list[float],
     masses: list[float],
@@ -244,7 +238,7 @@ def _lift(trace: GripTrace) -> str:
     return f"{grip}: lifted at {normal:.2f} N, {ratio:.2f} times the least."
 
 
-def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
+def _draw_paths(axes: style.Axes, traces: Sequence[GripTrace]) -> None:
     weight, mu = traces[0].weight_per_finger_N, traces[0].friction_coefficient
     most = max(float(trace.normal_force.max(initial=0.0)) for trace in traces)
     reach = 1.06 * max(most, weight / mu)
@@ -286,7 +280,7 @@ def _why(grip: GripResult) -> str:
     return "crushed" if grip.crushed else ""
 
 
-def _plain_log(axes: Axes) -> None:
+def _plain_log(axes: style.Axes) -> None:
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
     low, high = axes.get_xlim()

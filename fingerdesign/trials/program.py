@@ -23,10 +23,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar
 
-from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.guarded import Guarded
 from fingerdesign.control.roster import Command, Object
-from fingerdesign.control.signals import Sample
+from fingerdesign.control.signals import Calibration, Sample
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain

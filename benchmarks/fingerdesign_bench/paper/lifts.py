@@ -18,11 +18,12 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
-from fingerdesign.control.calibration import Bounds, Calibration, calibrate
+from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import Episode, run_episode
 from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
+from fingerdesign.control.signals import Calibration
 from fingerdesign.design.grip import weight_per_finger
 
 if TYPE_CHECKING:

@@ -20,17 +20,11 @@ fall. ``force_floor`` keeps the worst of it out; the holds that are left while n
 cost margin, not the object.
 """
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING
 
 from fingerdesign.control.roster import Command, Object, Range, controller
-from fingerdesign.control.signals import Sample, gage_area, line_of, response
-
-if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
-    from fingerdesign.design.grip import Grip
+from fingerdesign.control.signals import Calibration, Sample, gage_area, line_of, response
+from fingerdesign.design.grip import Grip
 
 _LEAST_MOVE = 0.02  # of the largest dx: below it the normal move's own stir of F_t shows
 

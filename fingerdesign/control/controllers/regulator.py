@@ -30,12 +30,9 @@ While the friction's standard deviation is over a tenth of it, the regulator rep
 Forces are measured, friction and weight are never given.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass, replace
 from math import inf, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -43,12 +40,9 @@ from fingerdesign.control.controllers.friction_belief import FrictionBelief
 from fingerdesign.control.estimator import Estimated
 from fingerdesign.control.features import LEAST_FORCE, Moment
 from fingerdesign.control.roster import Command, Object, Range, controller
-from fingerdesign.control.signals import Sample
+from fingerdesign.control.signals import Calibration, Sample
+from fingerdesign.design.grip import Grip
 from fingerdesign.runtime.registry import key
-
-if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
-    from fingerdesign.design.grip import Grip
 
 _LEAST_USED = 0.15  # A smaller utilisation does not reveal the friction.
 _FRICTION = (0.03, 2.0)  # what is believed of any friction, and of objects that turn

@@ -18,22 +18,16 @@ Slip shows in F_t, which stops rising while the hand pulls. Gages that jump as t
 away, a rig's other sign, are not in a model without inertia.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.roster import Command, Object, Range, controller
-from fingerdesign.control.signals import Sample
-from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.control.signals import Calibration, Sample
+from fingerdesign.design.grip import Grip, weight_per_finger
 from fingerdesign.runtime.registry import key
-
-if TYPE_CHECKING:
-    from fingerdesign.control.calibration import Calibration
-    from fingerdesign.design.grip import Grip
 
 # Of what is missing, in one step: a step late or a stiffness wrong by two does not make it swing.
 _GAIN = 0.5

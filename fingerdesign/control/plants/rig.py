@@ -11,10 +11,11 @@ from typing import Self
 import numpy as np
 
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.calibration import Bounds, Calibration, calibrate
+from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
+from fingerdesign.control.signals import Calibration
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.schema import Design
 from fingerdesign.runtime.streams import stream

@@ -10,8 +10,8 @@ import numpy as np
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.control.bench_curves import Kind, Phase, bench_curves
 from fingerdesign.control.bench_table import TABLE, read_bench, table_text
-from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.estimator import GripEstimator
+from fingerdesign.control.signals import Calibration
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault

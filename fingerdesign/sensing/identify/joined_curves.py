@@ -14,8 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.signals import NormalCalibration
+from fingerdesign.control.signals import Calibration, NormalCalibration
 from fingerdesign.sensing.identify.bench import BenchModel, protocol
 from fingerdesign.sensing.identify.bench_fit import MESH, LatentFit, Measured, small_pulls
 
