@@ -132,9 +132,8 @@ def _slid(plant: Plant, bounds: Bounds, way: float) -> float | None:
         before = sample
     for steps in range(1, _MOST_SLIDES):
         now = plant.move(way * _SLIDE_STEP * depth, 0.0)
-        if way * (now.tangential_force - before.tangential_force) < _RISES * abs(
-            now.tangential_force
-        ):
+        rise = way * (now.tangential_force - before.tangential_force)
+        if rise < _RISES * abs(now.tangential_force):
             now = plant.move(way * steps * _SLIDE_STEP * depth, 0.0)
             return now.tangential_force / now.normal_force
         before = now

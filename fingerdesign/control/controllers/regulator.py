@@ -250,14 +250,13 @@ class Regulator:
             self._stiffness = faded + (1.0 - _STIFFNESS_FADES) * change / dx
 
     def _learn_friction(self, sample: Sample, reported: Estimated) -> None:
-        if reported.friction_utilisation < _LEAST_USED or sample.normal_force < 2.0 * LEAST_FORCE:
+        used, pressed = reported.friction_utilisation, sample.normal_force
+        if used < _LEAST_USED or pressed < 2.0 * LEAST_FORCE:
             return
         low, high = _FRICTION
-        friction = sample.tangential_force / (sample.normal_force * reported.friction_utilisation)
-        sure = (
-            reported.friction_utilisation / max(reported.std, 1e-3)
-        ) ** 2  # 1 / relative variance
+        friction = sample.tangential_force / (pressed * used)
+        sure = (used / max(reported.std, 1e-3)) ** 2  # 1 / relative variance
         memory = self._own.memory
         if self._history[-1].dy > 0.0:
             sure, memory = _CLIMBING * sure, 1.0 - _CLIMBING * (1.0 - memory)
-        self._belief.learn(min(max(friction, low), high), sample.normal_force, sure, memory)
+        self._belief.learn(min(max(friction, low), high), pressed, sure, memory)

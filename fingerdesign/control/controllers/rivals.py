@@ -325,30 +325,18 @@ def _line_through(x: Array, y: Array, at: float) -> float:
     return float(y[k] + (at - x[k]) * (y[k + 1] - y[k]) / (x[k + 1] - x[k]))
 
 
-@controller(
-    "oracle_1.2",
-    place=5,
-    table=Oracle,
-    table_name="oracle",
-    tuned=(_pull_range("oracle"),),
-    look=("ink", (0, (3, 1, 1, 1, 1, 1)), "P"),
-    knows="friction and weight",
-)
+_ORACLE: dict[str, Any] = {"table": Oracle, "table_name": "oracle", "knows": "friction and weight"}
+_ORACLE["tuned"] = (_pull_range("oracle"),)
+
+
+@controller("oracle_1.2", place=5, look=("ink", (0, (3, 1, 1, 1, 1, 1)), "P"), **_ORACLE)
 class OracleNear(OracleHand):
     """1.2 times the least force that holds."""
 
     margin = 1.2
 
 
-@controller(
-    "oracle_1.5",
-    place=6,
-    table=Oracle,
-    table_name="oracle",
-    tuned=(_pull_range("oracle"),),
-    look=("muted", (0, (4, 2)), "X"),
-    knows="friction and weight",
-)
+@controller("oracle_1.5", place=6, look=("muted", (0, (4, 2)), "X"), **_ORACLE)
 class OracleSafe(OracleHand):
     """1.5 times the least force that holds."""
 

@@ -14,8 +14,6 @@ on, ``passed`` what the rubber remembers (contact/memory.py) and how warm it is,
 step.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -247,6 +245,50 @@ class MirrorPair(_Pair):
         return PairState(increment, increment, carried, relaxation=self._relaxation, slid=slid)
 
 
+class _Between:
+    """The drift at which both fingers press alike, for one closing and any shear."""
+
+    def __init__(
+        self, first: Attempts, second: Attempts, closing: float, drift: float, relaxation: float
+    ) -> None:
+        self._first, self._second = first, second
+        self._closing, self._drift, self._relaxation = closing, drift, relaxation
+        self.softest = max(first.softest, second.softest)
+
+    def at(self, shear: float) -> PairState:
+        def evaluate(drift: float) -> ForceSlope | None:
+            found = self._first.at(self._closing + drift, shear)
+            other = self._second.at(self._closing - drift, shear)
+            if found is None or other is None:
+                return None
+            pressed, against = self._first.forces()[0], self._second.forces()[0]
+            slope = self._first.stiffness()[0, 0] + self._second.stiffness()[0, 0]
+            return ForceSlope(float(pressed - against), float(slope), float(max(pressed, against)))
+
+        self._drift = rising_root(evaluate, 0.0, self._drift, self._drift, self.softest)
+        return self.held()
+
+    def held(self) -> PairState:
+        """The last balance."""
+        carried = self._relaxation * float(self._first.forces()[1] + self._second.forces()[1])
+        return PairState(
+            self._first.last, self._second.last, carried, self._drift, self._relaxation
+        )
+
+    def carried_at(self, shear: float) -> ForceSlope:
+        """F_t of both, over ``relaxation``, against the shear, the drift following it."""
+        self.at(shear)
+        (normal, pulled), (against, opposed) = self._first.forces(), self._second.forces()
+        if not (normal > 0.0 and against > 0.0):
+            raise OutOfReach(0.0)
+        here, there = self._first.stiffness(), self._second.stiffness()
+        follows = (there[0, 1] - here[0, 1]) / (here[0, 0] + there[0, 0])
+        slope = here[1, 1] + there[1, 1] + (here[1, 0] - there[1, 0]) * follows
+        limits = {self._first.limit(), self._second.limit()}
+        limit = limits.pop() if len(limits) == 1 else 0
+        return ForceSlope(float(pulled + opposed), float(slope), float(normal), limit)
+
+
 class DifferentPair(_Pair):
     """Two different fingers of one rubber; the object floats between them."""
 
@@ -290,50 +332,6 @@ class DifferentPair(_Pair):
     def _held(self, held: PairState) -> PairState:
         both = zip(self._fingers, (held.increment, held.other), strict=True)
         return replace(held, slid=min(finger.slid(increment) for finger, increment in both))
-
-
-class _Between:
-    """The drift at which both fingers press alike, for one closing and any shear."""
-
-    def __init__(
-        self, first: Attempts, second: Attempts, closing: float, drift: float, relaxation: float
-    ) -> None:
-        self._first, self._second = first, second
-        self._closing, self._drift, self._relaxation = closing, drift, relaxation
-        self.softest = max(first.softest, second.softest)
-
-    def at(self, shear: float) -> PairState:
-        def evaluate(drift: float) -> ForceSlope | None:
-            found = self._first.at(self._closing + drift, shear)
-            other = self._second.at(self._closing - drift, shear)
-            if found is None or other is None:
-                return None
-            pressed, against = self._first.forces()[0], self._second.forces()[0]
-            slope = self._first.stiffness()[0, 0] + self._second.stiffness()[0, 0]
-            return ForceSlope(float(pressed - against), float(slope), float(max(pressed, against)))
-
-        self._drift = rising_root(evaluate, 0.0, self._drift, self._drift, self.softest)
-        return self.held()
-
-    def held(self) -> PairState:
-        """The last balance."""
-        carried = self._relaxation * float(self._first.forces()[1] + self._second.forces()[1])
-        return PairState(
-            self._first.last, self._second.last, carried, self._drift, self._relaxation
-        )
-
-    def carried_at(self, shear: float) -> ForceSlope:
-        """F_t of both, over ``relaxation``, against the shear, the drift following it."""
-        self.at(shear)
-        (normal, pulled), (against, opposed) = self._first.forces(), self._second.forces()
-        if not (normal > 0.0 and against > 0.0):
-            raise OutOfReach(0.0)
-        here, there = self._first.stiffness(), self._second.stiffness()
-        follows = (there[0, 1] - here[0, 1]) / (here[0, 0] + there[0, 0])
-        slope = here[1, 1] + there[1, 1] + (here[1, 0] - there[1, 0]) * follows
-        limits = {self._first.limit(), self._second.limit()}
-        limit = limits.pop() if len(limits) == 1 else 0
-        return ForceSlope(float(pulled + opposed), float(slope), float(normal), limit)
 
 
 def _until_sliding(

@@ -20,13 +20,12 @@ r of it in a minute. Moduli all fall alike, so contact and strains stay; what is
 the softer finger too, where a full model of the rubber's memory would let it meet the fresh one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import inf, isfinite
+from typing import Self
 
 import numpy as np
 
@@ -95,14 +94,15 @@ class Timed:
     inertia: Inertia | None = None
     warming: Warming | None = None
 
-    @staticmethod
-    def of(grip: Grip) -> Timed:
+    @classmethod
+    def of(cls, grip: Grip) -> Self:
         """Read a design's ``[grip]`` table."""
         rate, share = grip.hardware.sample_rate_Hz, grip.relaxation_per_minute
-        memory = tuple(zip(*grip.rubber_memory, strict=True))
-        return Timed(
+        memory = grip.rubber_memory
+        shares, times = zip(*memory, strict=True) if memory else ((), ())
+        return cls(
             Relaxation(share, rate) if share > 0.0 else None,
-            Rubber(*memory, 1.0 / rate) if memory else None,
+            Rubber(shares, times, 1.0 / rate) if memory else None,
             Inertia(rate, grip.drop_mm) if grip.inertia else None,
             Warming(grip.warming_K, grip.warming_s, rate) if grip.warming_K else None,
         )
@@ -226,17 +226,18 @@ class LiftPlant:
         self._slid_before = 0.0  # in slides that are over, mm
         self._sample: Sample
 
-    @staticmethod
+    @classmethod
     def of(
+        cls,
         grip: Grip,
         problem: ContactProblem,
         face: str,
         friction: float | FrictionLaw,
         object_mass_g: float,
         opposite: ContactProblem | None = None,
-    ) -> LiftPlant:
+    ) -> Self:
         """Read a design's ``[grip]`` table, both fingers at one friction."""
-        return LiftPlant(
+        return cls(
             off_centre(problem.with_friction(friction), grip, object_mass_g),
             face,
             object_mass_g,

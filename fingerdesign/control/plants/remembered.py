@@ -5,9 +5,8 @@ same moves. A :class:`Memory` holds the answers of a plant to every sequence of 
 plant itself is made, and brought up to date, when a move is new.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
+from typing import Self
 
 from fingerdesign.control.plants.plant import Plant, PlantMaker, Truth
 from fingerdesign.control.signals import Sample
@@ -23,7 +22,7 @@ class Memory:
     sample: Sample | None = None
     truth: Truth | None = None
     plant: Plant | None = None
-    after: dict[tuple[float, float], Memory] = field(default_factory=dict)
+    after: dict[tuple[float, float], Self] = field(default_factory=dict)
 
 
 class RememberedPlant:

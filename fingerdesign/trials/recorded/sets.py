@@ -172,9 +172,8 @@ def _only(files: Sequence[Path], errors: list[DesignError]) -> Sequence[Path]:
     """The file, if any; of two the user decides which one counts."""
     if len(files) > 1:
         names = ", ".join(shown(str(each)) for each in files)
-        errors.append(
-            DesignError([Fault("--recorded", names, "one such file", "leave out others")])
-        )
+        fault = Fault("--recorded", names, "one such file", "leave out others")
+        errors.append(DesignError([fault]))
     return files[:1]
 
 
