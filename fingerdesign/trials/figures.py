@@ -15,7 +15,7 @@ from fingerdesign.report.page import caption_drawing
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.findings import percent, words
 from fingerdesign.trials.record import ControlData, ControllerData
-from fingerdesign.trials.summary import Trial
+from fingerdesign.trials.summary import Trial, chosen_of
 
 WORDS = Path(__file__).parent / "templates" / "words.toml"
 _OTHER = (style.MUTED, "-", "*")
@@ -107,8 +107,8 @@ def force_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> st
         axes.axvline(most, color=style.VERMILION, ls=(0, (4, 3)), lw=1.0)
         axes.axvline(1.0, color=style.INK, ls=":", lw=1.0)
         for place, name in enumerate(names):
-            lifted = [each for each in _at(trials, name, noise) if each.lifted]
-            ratios = np.array([each.peak_ratio for each in lifted])
+            grips = (each.result for each in chosen_of(trials, name, noise))
+            ratios = np.array([each.peak_ratio for each in grips if each.lifted])
             if not len(ratios):
                 continue
             colour, _, _ = look_of(name)
@@ -154,7 +154,7 @@ def map_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> styl
         )
         scale = Normalize(1.0, 3.0, clip=True)
         for axes, name in zip(panels, names, strict=True):
-            own = _at(trials, name, noise)
+            own = [each.result for each in chosen_of(trials, name, noise)]
             _draw_map(axes, own, frictions, masses, colours, scale)
             axes.set_title(words(name))
             found = Counter(map(_why, own))
@@ -257,16 +257,6 @@ def _draw_paths(axes: style.Axes, traces: Sequence[GripTrace]) -> None:
     axes.plot([weight / mu], [weight], color=style.INK, ls="none", marker="x", ms=7, mew=1.6)
     axes.set_xlim(0, reach)
     axes.set_ylim(0, 1.3 * weight)
-
-
-def _at(trials: Sequence[Trial], controller: str, noise: float) -> list[GripResult]:
-    """A controller's grips at one noise that are not tugged."""
-    target = controller, noise, 0.0
-    return [
-        each.result
-        for each in trials
-        if (each.cell.controller, each.cell.noise, each.cell.tug) == target
-    ]
 
 
 def _why(grip: GripResult) -> str:

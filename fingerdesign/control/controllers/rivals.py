@@ -18,7 +18,7 @@ Slip shows in F_t, which stops rising while the hand pulls. Gages that jump as t
 away, a rig's other sign, are not in a model without inertia.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -120,17 +120,11 @@ class _Hand:
         self._stiffness = calibration.tangential_stiffness
         # The sample may be late; the bench knows the force of a preload.
         self._preloaded = max(sample.normal_force, self._force_at(self._preload))
-        self._begin(sample)
 
     def command(self, sample: Sample) -> Command:
         target = self._target_force(sample)
         dx = 0.0 if sample.lifted else self._pull(sample, target)
-        self._moved(sample, dx)
-        closing = self._closing(sample.normal_force, target)
-        return Command(dx, closing, self._waits(), warns=self._warns(sample))
-
-    def _begin(self, sample: Sample) -> None:
-        """A new grip: forget the last one."""
+        return Command(dx, self._closing(sample.normal_force, target), hold=False)
 
     def _target_force(self, sample: Sample) -> float:
         """The normal force that is right now, N."""
@@ -140,17 +134,6 @@ class _Hand:
         """The next tangential move of an object that is still supported, mm."""
         reached = sample.normal_force >= _REACHED * target
         return self._largest_pull(sample) if reached else 0.0
-
-    def _moved(self, sample: Sample, dx: float) -> None:
-        """Given the move that answers ``sample``."""
-
-    def _waits(self) -> bool:
-        """True while a pull waits for a larger normal force."""
-        return False
-
-    def _warns(self, sample: Sample) -> bool | None:
-        """True where slip was detected; None of a hand that does not look for it."""
-        return None
 
     def _largest_pull(self, sample: Sample) -> float:
         rise = float(self._own.pull_share) * max(sample.normal_force, 0.0)
@@ -239,11 +222,20 @@ class ReactiveHand(_Hand):
 
     name = "reactive"
 
-    def _begin(self, sample: Sample) -> None:
+    def start(self, calibration: Calibration, sample: Sample) -> None:
+        super().start(calibration, sample)
         self._target: float = max(self._own.first_force_N, self._preloaded)
-        self._waiting = False
+        self._waiting = False  # a pull waits for a larger normal force
         self._lift: Sample | None = None
         self._begin_pulls()
+
+    def command(self, sample: Sample) -> Command:
+        command = super().command(sample)
+        if command.dx > 0.0:
+            self._waiting = False
+            self._since.append((self._way, sample.tangential_force))
+            self._way += command.dx
+        return replace(command, hold=self._waiting, warns=self._waiting and not sample.lifted)
 
     def _begin_pulls(self) -> None:
         self._stiffest: float = self._stiffness
@@ -278,18 +270,6 @@ class ReactiveHand(_Hand):
         carried = self._lift.tangential_force
         tugged = carried > 0.0 and sample.tangential_force > _TUG * carried
         return self._target * (sample.tangential_force / carried if tugged else 1.0)
-
-    def _moved(self, sample: Sample, dx: float) -> None:
-        if dx > 0.0:
-            self._waiting = False
-            self._since.append((self._way, sample.tangential_force))
-            self._way += dx
-
-    def _waits(self) -> bool:
-        return self._waiting
-
-    def _warns(self, sample: Sample) -> bool | None:
-        return self._waiting and not sample.lifted
 
 
 class OracleHand(_Hand):
