@@ -33,8 +33,6 @@ class Controller(Protocol):
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
         """Begin a grip at its preload, measured as ``sample``; forgets any grip before."""
-        ...
 
     def command(self, sample: Sample) -> Command:
         """The next move, given what is measured now."""
-        ...

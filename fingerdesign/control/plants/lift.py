@@ -287,7 +287,8 @@ class LiftPlant:
         relaxation, inertia = self._timed.relaxation, self._timed.inertia
         left = 1.0 if relaxation is None else relaxation.left(self._moves)
         after = self._since_lift or 0
-        mass, pull = mass_at(after, self._mass, self._changes), self.weight(after)
+        mass = mass_at(after, self._mass, self._changes)
+        pull = pull_at(after, self._mass, self._tugs, self._changes)
         speed = 0.0
         if inertia is not None:
             speed = dx * inertia.rate
@@ -329,10 +330,6 @@ class LiftPlant:
     def truth(self) -> Truth:
         """The state after the last move, for the judge."""
         return self._truth
-
-    def weight(self, step_after_lift: int) -> float:
-        """Pull at the object toward +x that many moves after the lift, N."""
-        return pull_at(step_after_lift, self._mass, self._tugs, self._changes)
 
     def _find(self, move: _Move) -> _Found:
         """State of an object that does not slide after a move."""

@@ -58,11 +58,9 @@ class Plant(Protocol):
 
         Raises SolverError where a simulated plant has no accepted answer.
         """
-        ...
 
     def truth(self) -> Truth:
         """The state after the last move. For the judge; never handed to a controller."""
-        ...
 
 
 PlantMaker = Callable[[], Plant]
