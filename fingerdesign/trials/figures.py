@@ -148,7 +148,8 @@ def map_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> styl
         from matplotlib.lines import Line2D
 
         figure = style.canvas(1.2 + 2.1 * columns, 0.9 + 2.1 * panels_down)
-        panels = style.small_multiples(figure, len(names), columns, sharex=True, sharey=True)
+        labels, shared = ("friction coefficient", "weight (g)"), {"sharex": True, "sharey": True}
+        panels = style.small_multiples(figure, len(names), columns, *labels, **shared)
         colours = LinearSegmentedColormap.from_list(
             "margin", [style.GREEN, style.OPEN_COLOUR, style.BLUE]
         )
@@ -159,10 +160,6 @@ def map_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> styl
             axes.set_title(words(name))
             found = Counter(map(_why, own))
             counts[name] = {why: found[why] for why in ("", *_MARKS) if found[why]}
-        for axes in panels[::columns]:
-            axes.set_ylabel("weight (g)")
-        for axes in panels[-columns:]:
-            axes.set_xlabel("friction coefficient")
         figure.colorbar(
             ScalarMappable(scale, colours), ax=panels, label="margin at lift", shrink=0.8
         )
@@ -214,14 +211,12 @@ def paths_figure(traces: Sequence[GripTrace], noise: float) -> style.ReportFigur
         objects.setdefault((trace.friction_coefficient, trace.object_mass_g), []).append(trace)
     with style.house_style():
         figure = style.canvas(9.6, 3.6)
-        panels = style.small_multiples(figure, len(objects), len(objects))
+        labels = "normal force (N)", "tangential force (N)"
+        panels = style.small_multiples(figure, len(objects), len(objects), *labels)
         for axes, ((mu, mass), own) in zip(panels, objects.items(), strict=True):
             _draw_paths(axes, own)
             axes.set_title(f"μ = {mu:g}, {mass:g} g")
-            axes.set_xlabel("normal force (N)")
-        panels[0].set_ylabel("tangential force (N)")
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5)
+        style.shared_legend(panels, 5)
         every = [each for own in objects.values() for each in own]
         found = " ".join(map(_lift, every))
         return caption_drawing(figure, WORDS, "paths", noise=noise, found=found)
