@@ -138,5 +138,9 @@ class PictureError(FingerDesignError):
     """The picture could not be drawn; the message gives the reason."""
 
 
+class EstimatorError(FingerDesignError):
+    """An estimator's file is not one, or is of another finger."""
+
+
 class SolverError(FingerDesignError):
     """A linear or contact problem has no accepted answer; the message gives the reason."""

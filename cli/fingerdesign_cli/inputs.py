@@ -8,13 +8,13 @@ import click
 
 from fingerdesign.checks.load import judge_design
 from fingerdesign.checks.scene import scene_faults
-from fingerdesign.control.estimator import EstimatorError, GripEstimator
+from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.io import Judged, judge_scene
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import DesignError, EstimatorError, Fault
 from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import whole_text, why_unread

@@ -38,15 +38,9 @@ from fingerdesign.control.features import (
     gages_of,
     readings_at,
 )
-from fingerdesign.control.former_estimator import (
-    AGAIN,
-    NAME,
-    PRESENT,
-    FormerEstimatorError,
-    present_record,
-)
+from fingerdesign.control.former_estimator import AGAIN, NAME, PRESENT, present_record
 from fingerdesign.control.signals import Calibration
-from fingerdesign.errors import FingerDesignError
+from fingerdesign.errors import EstimatorError
 
 FORMAT = f"{NAME}{PRESENT}"
 _NO_FILE = "it is not a file that `fingerdesign train` wrote"
@@ -64,10 +58,6 @@ _MOST_NOISE = 1000.0  # microstrain; more than any amplifier has
 _MOST_SINGLE, _LEAST_SINGLE = float(np.finfo(np.float32).max), float(np.finfo(np.float32).tiny)
 _LARGEST = 32767  # of 16 bits with a sign
 OUTLIER = 5.0  # standard deviations of the features: The network was never trained farther out.
-
-
-class EstimatorError(FingerDesignError):
-    """An estimator's file is not one, or is of another finger."""
 
 
 @dataclass(frozen=True)
@@ -191,8 +181,6 @@ class GripEstimator:
             wrong = _faults(found)
         except EstimatorError:
             raise
-        except FormerEstimatorError as error:
-            raise EstimatorError(str(error)) from error
         except _INVALID as error:
             raise EstimatorError(f"{_NO_FILE} ({type(error).__name__})") from error
         if wrong:

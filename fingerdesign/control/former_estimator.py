@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.errors import EstimatorError
+
 NAME = "fingerdesign grip estimator, "
 PRESENT = 7
 OLDEST = 3
@@ -26,24 +28,20 @@ _NO_CURVES = "it holds neither approach nor stiffness of the finger"
 AGAIN = "train it again: fingerdesign train DESIGN"
 
 
-class FormerEstimatorError(ValueError):
-    """A file's format cannot be brought to the present one, with the remedy."""
-
-
 def present_record(record: dict[str, Any]) -> dict[str, Any]:
     """The record in the present format, the same one where it is.
 
-    Raises FormerEstimatorError for formats that are not known or hold too little; KeyError,
+    Raises EstimatorError for formats that are not known or hold too little; KeyError,
     TypeError or ValueError for what is no record of its format.
     """
     name, _, number = str(record["format"]).rpartition(" ")
     if f"{name} " != NAME or not number.isdecimal() or not 1 <= int(number) <= PRESENT:
-        raise FormerEstimatorError(
+        raise EstimatorError(
             f"its format is not '{NAME}{OLDEST}' to '{PRESENT}': read it with the version that "
             f"wrote it, or {AGAIN}"
         )
     if int(number) < OLDEST:
-        raise FormerEstimatorError(f"its format is {number}, and {_NO_CURVES}: {AGAIN}")
+        raise EstimatorError(f"its format is {number}, and {_NO_CURVES}: {AGAIN}")
     bands = record["bands"]
     gages = len(record["curves"]["pressed_microstrain"][0])
     if int(number) < 4:  # the largest F_t / F_n, and the changes since the first pull

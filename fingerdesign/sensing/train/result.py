@@ -14,12 +14,12 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Bounds
-from fingerdesign.control.estimator import EstimatorError, GripEstimator
+from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.former_estimator import NAME, OLDEST, PRESENT
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.grip import FORCE_NOISE_N
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import Fault
+from fingerdesign.errors import EstimatorError, Fault
 from fingerdesign.mesh.make import mesher_name
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.progress import Report
