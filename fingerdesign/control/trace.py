@@ -55,16 +55,15 @@ class Trace:
 
     def to_csv(self) -> str:
         """The trace as its file's text."""
-        gages = [f"gage_{k + 1}" for k in range(self.readings.shape[1])]
-        columns = [self.time, self.dx, self.dy, self.normal_force, self.tangential_force]
-        names = [*COLUMNS, *gages]
-        columns += list(self.readings.T)
+        moved = (self.time, self.dx, self.dy, self.normal_force, self.tangential_force)
+        columns = dict(zip(COLUMNS, moved, strict=True))
+        columns |= {f"gage_{k}": each for k, each in enumerate(self.readings.T, 1)}
         if self.lifted is not None:
-            names, columns = [*names, "lifted"], [*columns, self.lifted.astype(float)]
+            columns["lifted"] = self.lifted.astype(float)
         if self.temperature is not None:
-            names, columns = [*names, TEMPERATURE], [*columns, self.temperature]
-        rows = ([f"{value:.9g}" for value in row] for row in zip(*columns, strict=True))
-        return csv_text(names, rows)
+            columns[TEMPERATURE] = self.temperature
+        rows = ([f"{value:.9g}" for value in row] for row in zip(*columns.values(), strict=True))
+        return csv_text(columns, rows)
 
 
 def trace_of(samples: Sequence[Sample], moves: Sequence[tuple[float, float]], rate: float) -> Trace:

@@ -35,10 +35,8 @@ def read_uskin(folder: Path) -> Recording | None:
     a lift or a marker, or of too few samples: slip is not known. DesignError with the faults of a
     file."""
     fingers = [_table(folder / name, _TAXELS) for name in SENSORS]
-    marker, hand = (
-        _table(folder / name, columns)
-        for name, columns in (("marker.csv", _MARKER), ("robot_state.csv", _HAND))
-    )
+    marker = _table(folder / "marker.csv", _MARKER)
+    hand = _table(folder / "robot_state.csv", _HAND)
     rate = _table(folder / "meta_data.csv", ["frequency_hz"], 1)[0, 0]
     if not 20.0 <= rate <= 1e5:  # At rest there are four samples then.
         fault = Fault("meta_data.csv: frequency_hz", rate, "20 to 100000", "fetch it again")
