@@ -28,14 +28,7 @@ from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.machine import largest_memory_MB
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.runtime.threads import one_thread
-from fingerdesign.sensing.model import (
-    CONTACT_SIZE_MM,
-    MESHED,
-    grip_problem,
-    gripped_case,
-    model_data,
-    opposite_problem,
-)
+from fingerdesign.sensing import model
 from fingerdesign.sensing.perturb.finger import refuse_faults
 from fingerdesign.sensing.train.ready import estimator_of
 from fingerdesign.sensing.train.result import estimator_faults
@@ -170,7 +163,7 @@ def _refuse_perturbed(design: Design, grid: ControlGrid, fidelity: Fidelity) -> 
     if grid.perturbed is not None:
         names = {name for label in grid.perturbed.labels for name in faults_of(label)}
         refuse_faults(design, names, fidelity)
-        gripped_case(design, fidelity)
+        model.gripped_case(design, fidelity)
 
 
 def _grip_bench(
@@ -188,10 +181,10 @@ def _grip_bench(
         options.report(message, 0.0)
 
     with clock.stage("model"):
-        problem = grip_problem(design, fidelity, report=say)
+        problem = model.grip_problem(design, fidelity, report=say)
         opposite = None
         if grid.perturbed is None:
-            opposite = opposite_problem(design, fidelity, report=say)
+            opposite = model.opposite_problem(design, fidelity, report=say)
     with clock.stage("teaching"):
         if any(map(needs_training, names)) and estimator is None:
             estimator = estimator_of(design, say, options.workers, fidelity)
@@ -224,9 +217,9 @@ def _study_digest(
         shared["ends"] = [(min(axis), max(axis)) for axis in (grid.frictions, grid.masses_g)]
         shared["lifts"] = grid.perturbed.lifts
     trained = None if estimator is None else estimator.to_json()
-    model = [options.fidelity, CONTACT_SIZE_MM[options.fidelity], MESHED]
+    meshed = [options.fidelity, model.CONTACT_SIZE_MM[options.fidelity], model.MESHED]
     tuning = None if options.tuning is None else asdict(options.tuning)
-    parts = [design.digest(), __version__, shared, model, trained, FIELDS, tuning]
+    parts = [design.digest(), __version__, shared, meshed, trained, FIELDS, tuning]
     text = json.dumps([*parts, *CONTROLLERS.contents()], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -263,7 +256,7 @@ def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTr
 
 def _model_data(bench: GripBench) -> dict[str, Any]:
     return {
-        **model_data(bench.problem),
+        **model.model_data(bench.problem),
         "gages": len(bench.plates),
         "face": bench.face,
         "opposite": bench.grip.opposite,
