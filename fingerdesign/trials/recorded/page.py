@@ -6,17 +6,7 @@ from pathlib import Path
 from fingerdesign.records.base import json_text
 from fingerdesign.records.statistics import Share
 from fingerdesign.records.verdict import Verdict, VerdictView
-from fingerdesign.report import style
-from fingerdesign.report.page import (
-    Bullets,
-    Item,
-    Page,
-    Section,
-    Text,
-    caption_drawing,
-    page_html,
-    texts_of,
-)
+from fingerdesign.report import page, style
 from fingerdesign.report.table import Table
 from fingerdesign.trials.figures import WORDS
 from fingerdesign.trials.recorded import pillars
@@ -33,30 +23,30 @@ _SHOWN = 10  # files that were not read; a clone of a repository may have hundre
 def write_recorded(data: RecordedData, folder: Path, seconds: float) -> None:
     """The record and the page of a judgement into a folder."""
     (folder / RECORD).write_text(json_text(data), encoding="utf-8")
-    words = texts_of(WORDS)["recorded"]
+    words = page.texts_of(WORDS)["recorded"]
     rules = {each.detector: each.note for own in data.sets for each in own.scores}
-    notes: list[Item] = [Bullets([f"{name}: {note}" for name, note in rules.items()])]
-    notes.append(Text(words["protocol"].format(span=SPAN_S, answer=ANSWER_S), "quiet"))
+    notes: list[page.Item] = [page.Bullets([f"{name}: {note}" for name, note in rules.items()])]
+    notes.append(page.Text(words["protocol"].format(span=SPAN_S, answer=ANSWER_S), "quiet"))
     theirs = any(not each.ours for own in data.sets for each in own.scores)
     more = {"authors": theirs, "friction": data.friction is not None}
-    notes += [Text(words[name], "quiet") for name, there in more.items() if there]
+    notes += [page.Text(words[name], "quiet") for name, there in more.items() if there]
     sources = {each.name: each.source for each in data.sets}
     sources |= {"friction": pillars.SOURCE} if data.friction is not None else {}
-    record: list[Item] = [Text(f"{name}: {source}.") for name, source in sources.items()]
+    record: list[page.Item] = [page.Text(f"{name}: {source}.") for name, source in sources.items()]
     if data.unread:
-        record += [Text(words["unread"]), Bullets(unread(data), "warnings")]
+        record += [page.Text(words["unread"]), page.Bullets(unread(data), "warnings")]
     with style.house_style():
         figure = _figure(data)
-    page = Page(
+    made = page.Page(
         title="Recordings of others",
         heading="Judged on what others measured",
         lead=f"{Path(data.folder).name} · {seconds:.0f} s",
-        sections=[Section("tables", "Detectors and laws", [*tables(data), *notes])],
-        record=[*record, Text("Next to this file: recorded.json.", "quiet")],
+        sections=[page.Section("tables", "Detectors and laws", [*tables(data), *notes])],
+        record=[*record, page.Text("Next to this file: recorded.json.", "quiet")],
         first=figure,
         view=VerdictView("recorded", "", seconds, tuple(verdicts(data))),
     )
-    (folder / PAGE).write_text(page_html(page), encoding="utf-8")
+    (folder / PAGE).write_text(page.page_html(made), encoding="utf-8")
 
 
 def unread(data: RecordedData) -> list[str]:
@@ -145,7 +135,7 @@ def _figure(data: RecordedData) -> style.ReportFigure:
         _draw_forces(every[-1], data.friction)
     style.shared_legend(every, columns)
     found = " ".join(f"{each.name}: {each.number}, {each.target}." for each in verdicts(data))
-    return caption_drawing(figure, WORDS, "recorded_figure", "recorded", found=found)
+    return page.caption_drawing(figure, WORDS, "recorded_figure", "recorded", found=found)
 
 
 def _draw_scores(axes: style.Axes, own: SetData) -> None:
