@@ -90,16 +90,14 @@ class _Run:
 
     def grip(self, after_lift: int) -> tuple[GripEnding, str]:
         """Move as the controller commands until something ends the grip; how, and a sentence."""
-        hanging = steps = 0  # steps since the lift, and in all
+        steps, most = 0, self.bounds.max_approach
         while self.lift is not None or steps < self.bounds.max_steps:
             steps += 1
             command = self.controller.command(self.calibration.corrected(self.samples[-1]))
             raising = 0.0
             if self.lift is not None:  # A hand at the end of its stage still holds the object.
-                left = self.bounds.max_approach - self.approach
-                command = replace(command, dy=min(command.dy, left))
+                command = replace(command, dy=min(command.dy, most - self.approach))
                 raising = _RAISE
-            most = self.bounds.max_approach
             if self.approach + command.dy > most + 1e-9:
                 return "stage travel", f"not lifted within an approach of {most:g} mm"
             sample = self.plant.move(command.dx + raising, command.dy)
@@ -109,24 +107,22 @@ class _Run:
                 return "complete slip", self._why_slipped(truth)
             if self.lift is None and is_lifted(truth, self.object_mass_g):
                 self.lift = len(self.truths) - 1
-            if self.lift is not None:
-                if ended := self._ended(truth, hanging, after_lift):
-                    return ended
-                hanging += 1
+            if self.lift is not None and (ended := self._ended(truth, self.lift, after_lift)):
+                return ended
         return "steps", f"not lifted in {self.bounds.max_steps} steps"
 
-    def _ended(self, truth: Truth, hanging: int, after_lift: int) -> tuple[GripEnding, str] | None:
-        """The end of a grip whose object hangs; None while it goes on."""
+    def _ended(self, truth: Truth, lift: int, after_lift: int) -> tuple[GripEnding, str] | None:
+        """The end of a grip whose object hangs since the step ``lift``; None while it goes on."""
+        hanging = len(self.truths) - 1 - lift
         if hanging >= after_lift + self.bounds.max_steps:  # The slide does not end.
             return "complete slip", f"the object still slides at F_n = {truth.normal_force:.2f} N"
         if hanging < after_lift or truth.sliding:
             return None
         if self.slip is not None:
             return "caught", _why_caught(truth)
-        assert self.lift is not None
         why = "2 F_t is over the weight" if truth.lifted is None else "the object hangs"
         turned = f", turned by {abs(truth.rotation):.1f} degrees" if truth.rotation else ""
-        return "lifted", f"{why} at F_n = {self.truths[self.lift].normal_force:.2f} N{turned}"
+        return "lifted", f"{why} at F_n = {self.truths[lift].normal_force:.2f} N{turned}"
 
     def _why_slipped(self, truth: Truth) -> str:
         what = "the whole contact slips" if self.lift is None else "the object drops"
