@@ -342,12 +342,10 @@ class Pad:
         x, y, z = rotation.tolist()
         most, found = max(abs(x), abs(y - self._turn), abs(z)), []
         if most > _MOST_RAD:
-            words = f"turned by {degrees(most):.2g} degrees: at most {MOST_DEG:g}"
-            found.append(words)
+            found.append(f"turned by {degrees(most):.2g} degrees: at most {MOST_DEG:g}")
         if self.planar:
-            out = max(
-                abs(place[2] - self._anchor[2]), self._width * max(abs(x), abs(y - self._turn))
-            )
+            turned = self._width * max(abs(x), abs(y - self._turn))
+            out = max(abs(place[2] - self._anchor[2]), turned)
             if out > MOST_OUT_MM:
                 words = f"{out:.2g} mm out of the plane of half a finger: condense the whole one"
                 found.append(words)

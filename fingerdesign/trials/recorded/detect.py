@@ -103,15 +103,11 @@ def _shear(taxels: Array, rest: Array) -> tuple[Array, float]:
 
 _UNDER = f"alarm under {LEAST_STICK:g}, the regulator's default"
 _FALL = "alarm at the first fall of the area, the rule of Maeno et al. 2000"
+_OVER = f"alarm over {NOISES:g} deviations of the noise in {ANSWER_S:g} s"
 OURS = (
     Detector("stick share", slipping, 1.0 - LEAST_STICK, _UNDER),
     Detector("stick share, first fall", slipping, 0.0, _FALL),
-    Detector(
-        "change of load",
-        change_of_load,
-        1.0,
-        f"alarm over {NOISES:g} deviations of the noise in {ANSWER_S:g} s",
-    ),
+    Detector("change of load", change_of_load, 1.0, _OVER),
 )
 
 
