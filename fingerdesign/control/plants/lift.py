@@ -258,7 +258,11 @@ class LiftPlant:
             self._hand, self._speed = move.hand, move.speed
             self._truth = replace(self._truth, rise=move.hand - self._truth.shear)
             return self._sample
-        found = self._slide_on(move) if self._truth.sliding else self._find(move)
+        inertia = self._timed.inertia
+        if inertia is not None and self._truth.sliding:
+            found = self._slide_on(move, inertia)
+        else:
+            found = self._find(move)
         if abs(found.held.increment.state.motion.twist_deg) > MOST_TURN_DEG:
             found = replace(found, lifted=False, dropped=True)
         truth, sample = observe(self._fingers.problem, found.held.increment, self._face)
@@ -271,8 +275,8 @@ class LiftPlant:
         if found.lifted and self._since_lift is None:
             self._since_lift = 0
         self._report(move, found, truth, sample)
-        if self._timed.inertia is not None:
-            self._note_motion(move, found, begins)
+        if inertia is not None:
+            self._note_motion(move, inertia, found, begins)
         return self._sample
 
     def _only_rises(self, move: _Move) -> bool:
@@ -338,8 +342,8 @@ class LiftPlant:
             try:
                 hanging = self._fingers.hang(closing, weight)
             except NoEquilibrium:
-                if self._timed.inertia is not None:
-                    return self._slide_from(move)
+                if (inertia := self._timed.inertia) is not None:
+                    return self._slide_from(move, inertia)
             else:
                 if hanging.shear < hand:
                     return _Found(hanging, lifted=True)
@@ -350,7 +354,7 @@ class LiftPlant:
             return _Found(standing, lifted=False, dropped=self._lifted)
         return _Found(self._fingers.hang(closing, weight, hand), lifted=True)
 
-    def _slide_from(self, move: _Move) -> _Found:
+    def _slide_from(self, move: _Move, inertia: Inertia) -> _Found:
         """A slide begins: what friction carried before this move's closing it carries first. The
         hand's jerk is no pull any more: the object keeps its speed."""
         fingers = self._fingers
@@ -359,18 +363,14 @@ class LiftPlant:
         fingers.accept(fingers.stand(self._closing, at))  # now friction in motion holds
         self._friction = fingers.slide(self._closing).carried
         self._slide_way = self._slide_time = 0.0
-        inertia = self._timed.inertia
-        assert inertia is not None
         jerk = 1e-6 * move.mass_g * (move.speed - self._speed) * inertia.rate
-        return self._slide_on(replace(move, pull=move.pull - jerk), at)
+        return self._slide_on(replace(move, pull=move.pull - jerk), inertia, at)
 
-    def _slide_on(self, move: _Move, begun: float | None = None) -> _Found:
+    def _slide_on(self, move: _Move, inertia: Inertia, begun: float | None = None) -> _Found:
         """A control step of an object that slides: caught in it, dropped, or sliding still.
 
         begun: the shear at which it begins to.
         """
-        inertia = self._timed.inertia
-        assert inertia is not None
         all_slides = self._fingers.slide(move.closing)
         at = self._truth.shear if begun is None else begun
         first, last = (move.acceleration(each) for each in (self._friction, all_slides.carried))
@@ -391,12 +391,11 @@ class LiftPlant:
                 held, sliding = self._fingers.hang(move.closing, move.weight), False
         return _Found(held, lifted=True, slid=True, sliding=sliding)
 
-    def _note_motion(self, move: _Move, found: _Found, begins: bool) -> None:
+    def _note_motion(self, move: _Move, inertia: Inertia, found: _Found, begins: bool) -> None:
         """The object's speed from here on, and the report of its slides."""
         if not found.sliding:
             self._speed = move.speed if found.lifted else 0.0
-        inertia, truth = self._timed.inertia, self._truth
-        assert inertia is not None
+        truth = self._truth
         if begins:
             self._speed = truth.rise * inertia.rate
             swing = frequency(move.left * self._fingers.stiffness(), move.mass_g)
