@@ -148,8 +148,10 @@ def map_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> styl
         from matplotlib.lines import Line2D
 
         figure = style.canvas(1.2 + 2.1 * columns, 0.9 + 2.1 * panels_down)
-        labels, shared = ("friction coefficient", "weight (g)"), {"sharex": True, "sharey": True}
-        panels = style.small_multiples(figure, len(names), columns, *labels, **shared)
+        labels = "friction coefficient", "weight (g)"
+        panels = style.small_multiples(
+            figure, len(names), columns, *labels, sharex=True, sharey=True
+        )
         colours = LinearSegmentedColormap.from_list(
             "margin", [style.GREEN, style.OPEN_COLOUR, style.BLUE]
         )
