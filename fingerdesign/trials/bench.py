@@ -68,7 +68,9 @@ class GripBench:
     opposite: ContactProblem | None = None
     gripping: ContactProblem | None = None
     finger: tuple[str, int] = (NONE, 0)
-    calibrations: dict[Hashable, Calibration] = field(default_factory=dict, compare=False)
+    calibrations: dict[Hashable, Calibration] = field(
+        default_factory=dict, init=False, compare=False
+    )
 
     @property
     def bounds(self) -> Bounds:
@@ -77,17 +79,18 @@ class GripBench:
 
     def calibration(self, noise: float) -> Calibration:
         """The bench moves with the same rig at rest, which takes the mean of many samples."""
-        drawn = (self.grid.seed, "noise on a bench", *self.finger, round(1e6 * noise))
-        hardware = self._noisy(noise)
-        known = drawn, hardware, self.bounds
+        known = hardware, bounds = self._noisy(noise), self.bounds
         if known not in self.calibrations:
-            own = (hardware, stream(*drawn), self.bounds, self.plates)
+            rng = stream(self.grid.seed, "noise on a bench", *self.finger, round(1e6 * noise))
+            own = (hardware, rng, bounds, self.plates)
             self.calibrations[known] = calibrated(self.problem, self.face, *own)
         return self.calibrations[known]
 
     def with_grip(self, grip: Grip) -> Self:
         """The same bench for other settings of the controllers."""
-        return replace(self, grip=grip)
+        other = replace(self, grip=grip)
+        vars(other)["calibrations"] = self.calibrations
+        return other
 
     def run_batch(self, cells: Iterable[Cell]) -> list[GripResult]:
         """Run cells; a grip whose model fails is a failed grip, with the reason."""
