@@ -8,7 +8,7 @@ import pytest
 
 from fingerdesign.checks.load import load_design
 from fingerdesign.layout.fitting import gage_fit
-from fingerdesign.mold.base_plan import plan_svg
+from fingerdesign.mold.page import plan_svg
 from fingerdesign.mold.part import Check
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.casting import casting_of
