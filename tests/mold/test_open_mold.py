@@ -65,7 +65,7 @@ def test_a_finger_that_allows_it_gets_the_fewest_parts_and_two_bolts(name, parts
     assert footprint < plan.mount_x * plan.mount_z <= 2.0 * footprint
     names = ["bolt", "nut", "washer"]  # of one kind each; then what fastens the mount
     names += ["receiver screw", "threaded insert", "hand screw"] if plan.groove else []
-    assert [item.item for item in hardware(plan)] == names
+    assert [item["item"] for item in hardware(plan)] == names
     closed = plan_mold(with_values(load_design(name), {"mold.pour": "closed"}))
     assert parts_of(closed) == parts + 3
     assert len(closed.bolts) >= 6

@@ -530,8 +530,8 @@ fingerdesign/mold/products/casting.py | tests/mold
 
 mold: a threaded rod gets one nut
 fingerdesign/mold/products/bill.py | tests/mold
-- yield Item("nut", count + rods[size], *_STEEL, size)
-+ yield Item("nut", count, *_STEEL, size)
+- yield _item("nut", count + rods[size], *_STEEL, size)
++ yield _item("nut", count, *_STEEL, size)
 
 unit: a warm body's load lacks two thirds of its bulk
 fingerdesign/fem/thermal.py | tests/fem

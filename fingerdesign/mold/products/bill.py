@@ -4,9 +4,8 @@ import csv
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, cast
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
 from pydantic import Field
@@ -62,26 +61,12 @@ class ItemData(TypedDict):
     words: Annotated[str, Field(description="to send with the drawings of what is ordered")]
 
 
-@dataclass(frozen=True)
-class Item:
-    """A row as it comes about; ``when`` follows from how it is made where it is not given."""
-
-    item: str
-    count: int
-    made: str
-    material: str
-    size: str
-    mass_g: float | None = None
-    files: str = ""
-    when: When | None = None
-    words: str = ""
-
-    @property
-    def row(self) -> ItemData:
-        """The row of the bill."""
-        usual = "buy" if self.made == "bought" else "make"
-        usual = "order today" if self.made in (_CUT, _FINE) else usual
-        return cast(ItemData, vars(self) | {"when": self.when or usual})
+def _item(item: str, count: int, made: str, material: str, size: str, **more: Any) -> ItemData:
+    """A row of the bill; ``when`` follows from how it is made where it is not given."""
+    usual = {"bought": "buy", _CUT: "order today", _FINE: "order today"}.get(made, "make")
+    own = {"item": item, "count": count, "made": made, "material": material, "size": size}
+    rest = {"mass_g": None, "files": "", "when": usual, "words": ""}
+    return cast(ItemData, own | rest | more)
 
 
 def bill_of_materials(casting: Casting) -> tuple[ItemData, ...]:
@@ -98,7 +83,7 @@ def bill_of_materials(casting: Casting) -> tuple[ItemData, ...]:
         *_bench(casting),
     )
     order = ("order today", "make", "buy", "have")
-    return tuple(sorted((item.row for item in items), key=lambda each: order.index(each["when"])))
+    return tuple(sorted(items, key=lambda each: order.index(each["when"])))
 
 
 def spare_of(count: int) -> int:
@@ -127,7 +112,7 @@ def comb_made(plan: MoldPlan) -> str:
     return _FINE if least < _LEAST_ETCHED * plan.design.mold.comb.sheet_mm else _CUT
 
 
-def _part(casting: Casting, part: PartMesh) -> Item:
+def _part(casting: Casting, part: PartMesh) -> ItemData:
     """A part of the mold or of the coupon."""
     design = casting.design
     x, y, z = _extent(part.vertices)
@@ -140,7 +125,7 @@ def _part(casting: Casting, part: PartMesh) -> Item:
             f"{part.name}.dxf: 1 of {size}, {material}; edges to {comb_tolerance(design.mold):g} mm"
         )
         made = comb_made(casting.plan)
-        return Item(part.name, 1, made, material, size, files=files, words=words)
+        return _item(part.name, 1, made, material, size, files=files, words=words)
     made, material = PROCESSES[design.mold.process]
     if part.name == CORE and design.body.core is not None:
         made, material = "made", _words(design.body.core.material)
@@ -149,10 +134,10 @@ def _part(casting: Casting, part: PartMesh) -> Item:
     size = f"{x:.1f} x {y:.1f} x {z:.1f} mm, {part.volume / 1000:.2f} cm³"
     count = {BASE: 2, SPACER: 2}.get(part.name, 1)
     when: When = "order today" if design.mold.process == "machined" else "make"
-    return Item(part.name, count, made, material, size, files=files, when=when)
+    return _item(part.name, count, made, material, size, files=files, when=when)
 
 
-def _plates(casting: Casting) -> Iterator[Item]:
+def _plates(casting: Casting) -> Iterator[ItemData]:
     """The plates by their patterns, and those that are cut once more for the coupon's cell."""
     name = casting.design.plates.material
     trial = {each.index for each in casting.trial}
@@ -168,71 +153,70 @@ def _plates(casting: Casting) -> Iterator[Item]:
             f"plates.dxf, {pattern.name}: {2 * pattern.count + spare} of {pattern.thickness:g} mm "
             f"{_words(name)}, cut to {comb_tolerance(casting.design.mold):g} mm, no burr, flat"
         )
-        yield Item(pattern.name, pattern.count, *metal, size, files=files, words=words)
-        yield Item(f"{pattern.name}, to spare", spare, *metal, "the same, 20 %")
-        yield Item(bare, pattern.count, *metal, "the same, without gages")
+        yield _item(pattern.name, pattern.count, *metal, size, files=files, words=words)
+        yield _item(f"{pattern.name}, to spare", spare, *metal, "the same, 20 %")
+        yield _item(bare, pattern.count, *metal, "the same, without gages")
         if more := trial.intersection(pattern.plates):
             files = f"nested_{name}_{pattern.thickness:g}mm.dxf"
             item = f"{pattern.name}, for the coupon"
-            yield Item(item, len(more), *metal, "the same", files=files)
+            yield _item(item, len(more), *metal, "the same", files=files)
 
 
-def _elastomer(casting: Casting) -> Iterator[Item]:
+def _elastomer(casting: Casting) -> Iterator[ItemData]:
     """The elastomer as mixed, and its two parts."""
     silicone, mixing = casting.silicone, casting.mixing
     size = f"{silicone['mixed_cm3']:.2f} cm³ with {100 * silicone['excess']:g} % excess"
     material = _words(casting.design.body.material)
-    yield Item("elastomer, mixed", 1, "poured", material, size, round(silicone["mass_g"], 1))
+    yield _item(
+        "elastomer, mixed", 1, "poured", material, size, mass_g=round(silicone["mass_g"], 1)
+    )
     rubber = rubber_words(casting.design)
     if not mixing.known:
         rubber += "; hold the ratio against your data sheet"
     size = f"{mixing.part_a:g} : {mixing.part_b:g} by mass ({mixing.source})"
     for name, mass in zip("AB", mixing.shares(silicone["mass_g"]), strict=True):
-        yield Item(f"elastomer, part {name}", 1, "bought", rubber, size, round(mass, 1))
+        yield _item(f"elastomer, part {name}", 1, "bought", rubber, size, mass_g=round(mass, 1))
 
 
-def _gages(casting: Casting, gages: int) -> Iterator[Item]:
+def _gages(casting: Casting, gages: int) -> Iterator[ItemData]:
     """The gages with what bonds and connects them."""
     own = casting.design.gages
     material = "tee rosette: two grids across each other" if own.grid == "tee" else "foil gage"
-    if casting.fit is not None and casting.fit.found is not None:
-        kind = casting.fit.found.kind
-        material = {"bar": "bare silicon bar", "film": "film made on the sheet"}.get(kind, material)
-        if kind in ("bar", "film") and own.grid == "tee":
-            material += ", two grids across each other"
-    found = None if casting.fit is None else casting.fit.found
-    size = f"{own.length_mm:g} mm x {own.width_mm:g} mm grid"
+    found, size = casting.gage, f"{own.length_mm:g} mm x {own.width_mm:g} mm grid"
+    if found is not None and found.kind in ("bar", "film"):
+        material = {"bar": "bare silicon bar", "film": "film made on the sheet"}[found.kind]
+        material += ", two grids across each other" if own.grid == "tee" else ""
     if found is None:
         size += ": none that is sold fits these plates, so choose mold.gage before you cut them"
     else:
         long, wide = found.carrier(own.length_mm, own.width_mm)
         size += f": {found.name}, {long:g} mm x {wide:g} mm in all"
     words = _order_words(casting, gages)
-    yield Item("strain gage", gages, "bought", material, size, when="order today", words=words)
+    yield _item("strain gage", gages, "bought", material, size, when="order today", words=words)
     if not joints_of(casting):
         legs = "of the front legs' pitch: elastomeric strip, or flex bonded by anisotropic film"
-        yield Item("leg connector", 1, "bought", legs, f"{own.lead_count} contacts a leg")
-        yield Item("primer", 1, "bought", primer_words(casting.design), "a few ml")
+        yield _item("leg connector", 1, "bought", legs, f"{own.lead_count} contacts a leg")
+        yield _item("primer", 1, "bought", primer_words(casting.design), "a few ml")
         return
     plates = sum(pattern.count for pattern in casting.patterns)
     metres = math.ceil(own.lead_count * plates * WIRE_MM / 1000.0)
     wire = casting.design.mold.wire_mm / bundle(own.lead_count)
     thin = f", {wire:.2g} mm or thinner over its enamel" if wire else ""
-    yield Item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{thin}")
+    yield _item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{thin}")
     adhesive = "cyanoacrylate or epoxy for gages"
-    yield Item("gage adhesive", 1, "bought", adhesive, "a few drops")
-    yield Item("solder and flux", 1, "bought", "thin, rosin", f"{joints_of(casting)} joints")
-    yield Item("primer", 1, "bought", primer_words(casting.design), "a few ml")
+    yield _item("gage adhesive", 1, "bought", adhesive, "a few drops")
+    yield _item("solder and flux", 1, "bought", "thin, rosin", f"{joints_of(casting)} joints")
+    yield _item("primer", 1, "bought", primer_words(casting.design), "a few ml")
 
 
 def _order_words(casting: Casting, gages: int) -> str:
     """The text that orders the gages."""
-    own, found = casting.design.gages, None if casting.fit is None else casting.fit.found
+    own, found = casting.design.gages, casting.gage
     if found is None:
         return ""
     grid = f"grid {own.length_mm:g} x {own.width_mm:g} mm, {found.resistance_ohm:g} ohm"
     if found.to_measure:
-        material = casting.design.plates.material.replace("_", " ")
+        material = _words(casting.design.plates.material)
         return (
             f"Please quote {_words(found.name)} on {casting.design.plates.thickness_mm:g} mm "
             f"{material} sheet by plates.dxf (layer GAGES), {own.lead_count} traces a plate to the "
@@ -240,19 +224,17 @@ def _order_words(casting: Casting, gages: int) -> str:
             f"{found.lead_weeks:g} weeks"
         )
     packs = math.ceil(gages / found.least_order) * found.least_order
-    return (
-        f"{packs} of {found.name.replace('_', ' ')} ({grid}), at least {found.least_order} a pack"
-    )
+    return f"{packs} of {_words(found.name)} ({grid}), at least {found.least_order} a pack"
 
 
-def _bench(casting: Casting) -> Iterator[Item]:
+def _bench(casting: Casting) -> Iterator[ItemData]:
     """Everything else that a caster uses up, and tools."""
     mold, material = casting.design.mold, casting.design.body.material
     coated = mold.process == "sla" and mold.cure == "platinum"
     rows = csv.reader(BENCH.read_text(encoding="utf-8").splitlines()[1:])
     for when, item, count, made, kind, size in rows:
         if item != "barrier coat" or (coated and not material.startswith("polyurethane")):
-            yield Item(item, int(count), made, kind, size, when=cast(When, when))
+            yield _item(item, int(count), made, kind, size, when=when)
 
 
 def _extent(points: Array) -> list[float]:
@@ -290,29 +272,29 @@ def bolts_in_words(plan: MoldPlan) -> dict[str, list[str]]:
     return {axis: [bolt_words(bolt) for bolt in bolts if bolt.axis == axis] for axis in "yz"}
 
 
-def hardware(plan: MoldPlan) -> Iterator[Item]:
+def hardware(plan: MoldPlan) -> Iterator[ItemData]:
     """Bolts with nuts and washers, dowels, core pins, core screws, what fastens the mount."""
     yield from _bolts(plan.bolts)
     dowels = _alike((pin.diameter, pin.length) for pin in plan.pins if pin.dowel)
     pins = _alike((pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins)
     screws = _alike((hole.diameter,) for hole in plan.holes["screw"])
     for (wide, long), count in dowels:
-        yield Item("dowel pin", count, *_STEEL, f"{wide:g} mm x {long:g} mm")
+        yield _item("dowel pin", count, *_STEEL, f"{wide:g} mm x {long:g} mm")
     for (wide, long), count in pins:
         size = f"{wide:g} mm, {long:g} mm or longer"
-        yield Item("core pin", count, "bought", "steel rod or drill shank", size)
+        yield _item("core pin", count, "bought", "steel rod or drill shank", size)
     for (wide,), count in screws:
-        yield Item("core screw", count, *_STEEL, f"for a {wide:g} mm hole, {plan.base:g} mm plate")
+        yield _item("core screw", count, *_STEEL, f"for a {wide:g} mm hole, {plan.base:g} mm plate")
     if plan.groove is not None:
-        yield Item("receiver screw", 1, *_STEEL, "M3 x 8, against the base plate")
+        yield _item("receiver screw", 1, *_STEEL, "M3 x 8, against the base plate")
         if plan.design.mold.mount == "iso9409":
-            yield Item("hand screw", 4, *_STEEL, "M6 x 16")
+            yield _item("hand screw", 4, *_STEEL, "M6 x 16")
         else:
-            yield Item("threaded insert", 2, "bought", "brass, set hot or glued in", "M3, 5 mm")
-            yield Item("hand screw", 2, *_STEEL, "M3, by your hand")
+            yield _item("threaded insert", 2, "bought", "brass, set hot or glued in", "M3, 5 mm")
+            yield _item("hand screw", 2, *_STEEL, "M3, by your hand")
 
 
-def _bolts(bolts: Sequence[Bolt]) -> Iterator[Item]:
+def _bolts(bolts: Sequence[Bolt]) -> Iterator[ItemData]:
     """Bolts or rods by size, length and what they clamp; then their nuts and washers."""
     lengths = Counter((b.size, bolt_length(b), round(b.high - b.low, 2)) for b in bolts)
     sizes = Counter(bolt.size for bolt in bolts)
@@ -320,13 +302,14 @@ def _bolts(bolts: Sequence[Bolt]) -> Iterator[Item]:
     for (size, length, grip), count in sorted(lengths.items(), key=str):
         words = f"{size} x {length}" if length else size
         words = f"{words}, clamps {grip:g} mm"
-        yield Item("bolt" if length else "threaded rod", count, *_STEEL, words)
+        yield _item("bolt" if length else "threaded rod", count, *_STEEL, words)
     for size, count in sorted(sizes.items()):
-        yield Item("nut", count + rods[size], *_STEEL, size)
-        yield Item("washer", 2 * count, *_STEEL, size)
+        yield _item("nut", count + rods[size], *_STEEL, size)
+        yield _item("washer", 2 * count, *_STEEL, size)
 
 
 def _alike(sizes: Iterable[tuple[float, ...]]) -> list[tuple[tuple[float, ...], int]]:
     """Count each different size of a thing."""
-    counts = Counter((size[0], *(round(value, 2) for value in size[1:])) for size in sizes)
-    return sorted(counts.items())
+    return sorted(
+        Counter((wide, *(round(rest, 2) for rest in more)) for wide, *more in sizes).items()
+    )

@@ -9,6 +9,7 @@ import numpy as np
 from typing_extensions import TypedDict
 
 from fingerdesign.design.schema import Design
+from fingerdesign.design.stock import GageType
 from fingerdesign.layout.fitting import GageFit
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.materials import MATERIALS, gent_shore_a
@@ -186,6 +187,11 @@ class Casting:
     def design(self) -> Design:
         """The finger that is cast."""
         return self.plan.design
+
+    @property
+    def gage(self) -> GageType | None:
+        """The type of gage to order; None: there is none for these plates."""
+        return None if self.fit is None else self.fit.found
 
 
 def casting_of(plan: MoldPlan, meshes: MoldMeshes, fit: GageFit | None) -> Casting:

@@ -42,9 +42,8 @@ def hours_of(casting: Casting) -> tuple[HoursData, ...]:
 
 def joints_of(casting: Casting) -> int:
     """Number of soldered joints at the gages; none where film brings its traces."""
-    type_ = None if casting.fit is None else casting.fit.found
-    leg = casting.design.mold.leads == "leg"
-    if not casting.patterns or leg or (type_ is not None and type_.to_measure):
+    made = casting.gage is not None and casting.gage.to_measure
+    if not casting.patterns or made or casting.design.mold.leads == "leg":
         return 0
     return casting.design.gages.lead_count * len(casting.plan.frames)
 
@@ -79,11 +78,10 @@ def _steps(casting: Casting) -> Iterator[tuple[str, str, float, float]]:
 
 def _gages(casting: Casting, plates: int) -> Iterator[tuple[str, str, float, float]]:
     design, joints = casting.design, joints_of(casting)
-    type_ = None if casting.fit is None else casting.fit.found
     if joints:
         gages = design.gages.faces * plates
         yield "bond gages", f"{gages} gages", 0.0, 6.0 * gages
-        leads = leads_as_cast(design, type_)
+        leads = leads_as_cast(design, casting.gage)
         minutes = JOINT_MIN if leads.diameter_mm <= _THICK_MM else _THICK_JOINT_MIN
         words = f"{joints} joints: {lead_words(design, leads)}"
         yield "solder and seal leads", words, 0.0, minutes * joints

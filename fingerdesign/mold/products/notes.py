@@ -5,7 +5,7 @@ The words are in ``templates``; here are the numbers that they are made from.
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -16,13 +16,13 @@ from fingerdesign.checks.design import is_sound
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.design.schema import Design
-from fingerdesign.design.stock import GageType
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.fitting import sheet_words
 from fingerdesign.layout.gaps import PlateGap, least_gap
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.part import COUPON, COUPON_COMB, axis_name
 from fingerdesign.mold.plan.base import TILT_DEG
+from fingerdesign.mold.plan.fixture.legs import leg_bend
 from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
 from fingerdesign.mold.products.bill import bolts_in_words, comb_made, primer_words, spare_of
 from fingerdesign.mold.products.casting import Casting, density_of
@@ -89,76 +89,44 @@ def _is_plural(name: str) -> bool:
     return any(word.endswith("s") for word in name.split())
 
 
-def leg_bend(design: Design) -> float:
-    """Least radius, mm, that the own gage's film is bent to."""
-    own = [each for each in design.gage_types if each.name == design.mold.gage]
-    return max((each.bend_mm for each in own), default=3.0)
-
-
 def windows_volume(plan: MoldPlan) -> float:
     """Volume of the largest window behind a comb, mm^3: of the air that clay displaces."""
-    sizes = [0.0]
-    for side in plan.sides:
-        if side.window is not None:
-            low, high, bottom = side.window
-            sizes.append((high - low) * (plan.crest - bottom) * (plan.wall(side.side) - side.sheet))
-    return max(sizes)
-
-
-@dataclass(frozen=True)
-class NotesView(Casting):
-    """A casting with what its notes name.
-
-    bolts      as they are bought, by axis; comb_made: the way to make combs
-    gage       the type to order; legged: front legs have its leads
-    platinum   cure of the silicone, which ``coated`` prints would stop; polyurethane: no silicone
-    apart      distance of the coupon's plates; bar: its length, mm; cell_combs: of its cell
-    inside     by how much plates end inside the back wall's outer face, mm
-    """
-
-    bolts: Mapping[str, Sequence[str]]
-    comb_made: str
-    gage: GageType | None
-    legged: bool
-    platinum: bool
-    coated: bool
-    polyurethane: bool
-    apart: PlateGap | None
-    bar: float
-    cell_combs: str
-    inside: float
-
-    tilt, numbers, spare = TILT_DEG, staticmethod(numbers_text), staticmethod(spare_of)
-    axis_name, primer = staticmethod(axis_name), staticmethod(primer_words)
-    spacer, window_mm3 = staticmethod(spacer_height), staticmethod(windows_volume)
-    bend = staticmethod(leg_bend)
+    windows = ((*s.window, plan.wall(s.side) - s.sheet) for s in plan.sides if s.window)
+    sizes = ((high - low) * (plan.crest - bottom) * deep for low, high, bottom, deep in windows)
+    return max(sizes, default=0.0)
 
 
 def casting_notes(casting: Casting) -> tuple[list[dict[str, Any]], list[View]]:
     """Write sections of steps, in the order of the work, and the views that show them; what this
     mold does not need is left out."""
-    return _sections(macros(TEMPLATES / "notes.j2").notes(_notes_view(casting)))
+    return _sections(macros(TEMPLATES / "notes.j2").notes(_of_notes(casting)))
 
 
-def _notes_view(casting: Casting) -> NotesView:
+def _of_notes(casting: Casting) -> dict[str, Any]:
+    """A casting with what else its notes name."""
     mold, plan, coupon = casting.design.mold, casting.plan, casting.meshes.coupon
     bar = next(part for part in coupon if part.name == COUPON)
     polyurethane = casting.design.body.material.startswith("polyurethane")
     platinum = mold.cure == "platinum" and not polyurethane
-    return NotesView(
-        **vars(casting),
-        bolts=bolts_in_words(plan),
-        comb_made=comb_made(plan),
-        gage=None if casting.fit is None else casting.fit.found,
-        legged=mold.leads == "leg" and bool(plan.legs),
-        platinum=platinum,
-        coated=mold.process == "sla" and platinum,
-        polyurethane=polyurethane,
-        apart=least_gap(casting.trial),
-        bar=round(float(np.ptp(bar.vertices[:, 0])), 3),
-        cell_combs=" ".join(e.name for e in coupon if e.name.startswith(COUPON_COMB)),
-        inside=round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
-    )
+    return vars(casting) | {
+        "design": casting.design,
+        "gage": casting.gage,
+        "bolts": bolts_in_words(plan),  # as they are bought, by axis
+        "comb_made": comb_made(plan),
+        "legged": mold.leads == "leg" and bool(plan.legs),  # front legs have the leads
+        "platinum": platinum,
+        "coated": mold.process == "sla" and platinum,  # prints, which would stop the cure
+        "polyurethane": polyurethane,
+        "apart": least_gap(casting.trial),  # of the coupon's plates
+        "bar": round(float(np.ptp(bar.vertices[:, 0])), 3),  # its length, mm
+        "cell_combs": " ".join(e.name for e in coupon if e.name.startswith(COUPON_COMB)),
+        # mm, by which plates end inside the back wall's outer face
+        "inside": round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
+        "tilt": TILT_DEG,
+        **{"numbers": numbers_text, "spare": spare_of, "axis_name": axis_name},
+        **{"primer": primer_words, "spacer": spacer_height, "window_mm3": windows_volume},
+        "bend": leg_bend,
+    }
 
 
 def _sections(text: str) -> tuple[list[dict[str, Any]], list[View]]:
@@ -274,26 +242,17 @@ def percent(share: float) -> str:
     return f"{value:.2g} %"
 
 
-@dataclass(frozen=True)
-class EffectView:
-    """Effects of plates off their places: each against its neighbours, and the whole row. worst:
-    over the largest reading; guide: they are of plane strain; embedded: legs stay in the rubber."""
-
-    found: Mapping[str, Any]
-    row: Mapping[str, Any]
-    worst: float
-    guide: bool
-    embedded: bool
-    percent = staticmethod(percent)
-
-
 def effect_sentences(design: Design, found: Mapping[str, Any], row: Mapping[str, Any]) -> list[str]:
-    """Sentences on the effect of placement: of all together, of the plates, of the whole row."""
+    """Sentences on the effect of placement: of all together, of the plates, of the whole row.
+
+    They are a ``guide`` where they are of plane strain; ``embedded``: legs stay in the rubber.
+    """
     constant = design.body.shape in ("arc", "block") and design.extruded
     guide = found["fidelity"] == "plane-strain" and not constant
     embedded = any(frame.span < design.body.depth_mm - 1e-9 for frame in plate_frames(design))
-    view = EffectView(found, row, placement_worst({**found, "row": row}), guide, embedded)
-    return _items(macros(TEMPLATES / "notes.j2").effect(view))
+    of = {"found": found, "row": row, "worst": placement_worst({**found, "row": row})}
+    of |= {"guide": guide, "embedded": embedded, "percent": percent}
+    return _items(macros(TEMPLATES / "notes.j2").effect(of))
 
 
 def _items(text: str) -> list[str]:

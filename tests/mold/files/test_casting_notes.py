@@ -145,7 +145,7 @@ def test_bolts_reach_through_washers_and_nut_or_are_rods(hand_made):
     for grip, size, length in ((30.0, "M3", 35), (22.0, "M3", 30), (10.0, "M2", 16)):
         assert bolt_length(Bolt("z", 0.0, 0.0, 0.0, grip, size, 3.4)) == length
     long = replace(hand_made()[1], bolts=(Bolt("z", 0.0, 0.0, -100.0, 100.0, "M4", 4.5),))
-    counts = {item.item: item.count for item in hardware(long)}
+    counts = {item["item"]: item["count"] for item in hardware(long)}
     assert (counts["threaded rod"], counts["nut"], "bolt" in counts) == (1, 2, False)
 
 
@@ -256,11 +256,11 @@ def test_gages_are_ordered_by_whole_packs_and_films_by_their_drawing(hand_made):
 def test_hardware_is_as_long_as_what_it_holds():
     """Core pins reach from the wall's outside into the core."""
     plan = plan_mold(shipped("boned"))
-    sizes = {item.item: item.size for item in hardware(plan)}
+    sizes = {item["item"]: item["size"] for item in hardware(plan)}
     assert sizes["core pin"] == f"2 mm, {plan.half_depth + plan.wall_z - 1.8:.2f} mm or longer"
     screwed = plan_mold(shipped("boned", body__core__bottom_mm=0.0))
-    (screw,) = (item for item in hardware(screwed) if item.item == "core screw")
-    assert (screw.count, screw.size) == (2, "for a 2.4 mm hole, 4 mm plate")
+    (screw,) = (item for item in hardware(screwed) if item["item"] == "core screw")
+    assert (screw["count"], screw["size"]) == (2, "for a 2.4 mm hole, 4 mm plate")
 
 
 def test_hours_without_plates_are_of_a_bare_casting_alone(hand_made):
