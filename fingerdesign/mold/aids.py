@@ -1,16 +1,16 @@
 """Things in pictures that are neither parts nor plates, by the names of the casting notes' views:
 gages with leads, bolts, core pins, bands, clay, tape; mm."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mold.part import CELL, COUPON_COMB, PartMesh
+from fingerdesign.mold.part import CELL, COUPON_COMB, PartMesh, Point, point
 from fingerdesign.mold.plan.mount import FLOOR_MM, INSERT_DEEP_MM, flange_holes
-from fingerdesign.mold.plan.pieces import FLANKS, Bolt, Side, direction, in_space, slot_corners
+from fingerdesign.mold.plan.pieces import FLANKS, Side, direction, in_space, slot_corners
 from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
 from fingerdesign.mold.plan.slots import leg_bar, sides_of_plate
 from fingerdesign.mold.products.casting import Casting
@@ -19,10 +19,10 @@ from fingerdesign.mold.profile import AROUND_MM, SPACER_MM
 Aids = Mapping[str, tuple[PartMesh, ...]]
 GAGES = "gages"  # with their leads: they go where the plates go
 PATCH_MM, BAND_MM, TAPE_MM = 0.06, 1.5, 6.0  # thick; thick; wide
+_DOWN = (0.0, -1.0, 0.0)
 CUT_MM = 1.5  # outside the combs: what is left of legs while these are drawn
 _QUADS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 BOX = np.array([(a, *two) for a, b, c, d in _QUADS for two in ((b, c), (c, d))])  # its triangles
-_Point = tuple[float, float, float]
 
 
 def aids_of(casting: Casting) -> Aids:
@@ -30,39 +30,43 @@ def aids_of(casting: Casting) -> Aids:
     plan, meshes = casting.plan, casting.meshes
     gages = tuple(_bonded(plan))
     numbers = {f"plate_{frame.index}" for frame in casting.trial}
-    found = {
+    found: dict[str, Iterable[PartMesh]] = {
         GAGES: gages,
         "one_plate": meshes.plates[:1],
-        "one_gage": tuple(each for each in gages if each.name.endswith("_0")),
-        "trial": tuple(plate for plate in meshes.plates if plate.name in numbers),
-        "bands": tuple(_bands(plan)),
+        "one_gage": (each for each in gages if each.name.endswith("_0")),
+        "trial": (plate for plate in meshes.plates if plate.name in numbers),
+        "bands": _bands(plan),
         "band_base": (_ring("z", -1.0, (plan.reach_x, -plan.base, plan.top), 2.0),),
-        "band_packet": (
-            _ring("y", 0.5 * plan.rim, (plan.block_x, -plan.corner, plan.corner), 2.0),
-        ),
-        "clay_windows": tuple(_windows(plan)),
-        "clay_slots": tuple(_slots(plan)),
-        "tape": tuple(_tape(plan)),
-        "clay_cell": tuple(_cell_clay(casting)),
-        "rubber_cell": tuple(_cell_rubber(casting)),
-        "spacers": tuple(_spacers(plan)),
-        "dowels": tuple(_dowels(plan)),
-        "inserts": tuple(_inserts(plan)),
-        "leg_ends": tuple(_legs(plan, True)),
-        "leg_stubs": tuple(_legs(plan, False)),
+        "band_packet": [_ring("y", 0.5 * plan.rim, (plan.block_x, -plan.corner, plan.corner), 2.0)],
+        "clay_windows": _windows(plan),
+        "clay_slots": _slots(plan),
+        "tape": _tape(plan),
+        "clay_cell": _cell_clay(casting),
+        "rubber_cell": _cell_rubber(casting),
+        "spacers": _spacers(plan),
+        "dowels": _dowels(plan),
+        "inserts": _inserts(plan),
+        "leg_ends": _legs(plan, True),
+        "leg_stubs": _legs(plan, False),
+        "bolts_y": _bolts(plan, "y"),
+        "bolts_z": _bolts(plan, "z"),
+        "core_pins_back": _pins(plan, "-z"),
+        "core_pins_front": _pins(plan, "+z"),
+        "core_pins_sides": _pins(plan, *FLANKS),
     }
-    for axis in "yz":
-        found[f"bolts_{axis}"] = tuple(_bolt(bolt) for bolt in plan.bolts if bolt.axis == axis)
-    for name, sides in (("back", ("-z",)), ("front", ("+z",)), ("sides", ("+x", "-x"))):
-        found[f"core_pins_{name}"] = tuple(each for each in _pins(plan, sides))
-    return found
+    return {name: tuple(things) for name, things in found.items()}
 
 
-def _solid(name: str, corners: Array, draw: Array | None) -> PartMesh:
+def _solid(name: str, corners: Array, draw: Iterable[float] | None) -> PartMesh:
     """Boxes of corners (8 k, 3), each eight in BOX's order, as one thing."""
     triangles = np.vstack([BOX + 8 * k for k in range(len(corners) // 8)])
-    way = None if draw is None else (float(draw[0]), float(draw[1]), float(draw[2]))
+    way = None if draw is None else point(draw)
     return PartMesh(name, corners, triangles, way, 9, "metal", 0.0, 0.0, 0.0)
+
+
+def _on_side(name: str, side: Side, near: Point, far: Point) -> PartMesh:
+    """The box between two corners (place along a side, height, distance outward), drawn outward."""
+    return _solid(name, _block(in_space(side, *near), in_space(side, *far)), direction(side))
 
 
 def _block(low: Sequence[float] | Array, high: Sequence[float] | Array) -> Array:
@@ -100,30 +104,33 @@ def _patch(
     )
 
 
-def _bolt(bolt: Bolt) -> PartMesh:
-    """A bolt as a bar along its axis."""
-    along = np.array([0.0, 1.0, 0.0] if bolt.axis == "y" else [0.0, 0.0, 1.0])
-    half = 0.45 * bolt.diameter * (1.0 - along)
-    ends = bolt.at(bolt.low - bolt.diameter), bolt.at(bolt.high + bolt.diameter)
-    return _solid(f"bolts_{bolt.axis}", _block(ends[0] - half, ends[1] + half), along)
+def _bolts(plan: MoldPlan, axis: str) -> Iterator[PartMesh]:
+    """Bolts as bars along their axis."""
+    along = np.eye(3)["xyz".index(axis)]
+    for bolt in (bolt for bolt in plan.bolts if bolt.axis == axis):
+        half = 0.45 * bolt.diameter * (1.0 - along)
+        low, high = bolt.at(bolt.low - bolt.diameter), bolt.at(bolt.high + bolt.diameter)
+        yield _solid(f"bolts_{axis}", _block(low - half, high + half), along)
 
 
-def _pins(plan: MoldPlan, sides: Sequence[str]) -> Iterator[PartMesh]:
+def _pins(plan: MoldPlan, *sides: Side) -> Iterator[PartMesh]:
     """Core pins of some sides, as bars that reach out of the walls by a centimetre."""
     for pin in plan.core_pins:
         if pin.side in sides:
             half, out = 0.5 * pin.diameter, plan.reach(pin.side) + 10.0
-            low = in_space(pin.side, pin.place - half, pin.y - half, pin.tip)
-            high = in_space(pin.side, pin.place + half, pin.y + half, out)
-            yield _solid("pins", _block(low, high), direction(pin.side))
+            near, far = (
+                (pin.place - half, pin.y - half, pin.tip),
+                (pin.place + half, pin.y + half, out),
+            )
+            yield _on_side("pins", pin.side, near, far)
 
 
 def _spacers(plan: MoldPlan) -> Iterator[PartMesh]:
     """The two spacers under the ends of the frame that is laid down first."""
     high, far, out = spacer_height(plan), plan.reach_x, plan.reach("-z")
     for near in (-far, far - SPACER_MM) if high else ():
-        low, top = (near, 0.0, -out - high), (near + SPACER_MM, SPACER_MM, -out)
-        yield _solid("spacer", _block(low, top), np.array([0.0, 0.0, -1.0]))
+        end = (near + SPACER_MM, SPACER_MM, out + high)
+        yield _on_side("spacer", "-z", (near, 0.0, out), end)
 
 
 def _dowels(plan: MoldPlan) -> Iterator[PartMesh]:
@@ -140,8 +147,8 @@ def _inserts(plan: MoldPlan) -> Iterator[PartMesh]:
     back = -plan.base - plan.limits.clearance_mm - FLOOR_MM
     for x, z, wide in flange_holes(plan):
         half = np.array([0.5 * wide, 0.0, 0.5 * wide])
-        ends = np.array([x, back, z]), np.array([x, back + INSERT_DEEP_MM, z])
-        yield _solid("pins", _block(ends[0] - half, ends[1] + half), np.array([0.0, -1.0, 0.0]))
+        low, high = np.array([x, back, z]) - half, np.array([x, back + INSERT_DEEP_MM, z]) + half
+        yield _solid("pins", _block(low, high), _DOWN)
 
 
 def _legs(plan: MoldPlan, ends: bool) -> Iterator[PartMesh]:
@@ -155,10 +162,10 @@ def _legs(plan: MoldPlan, ends: bool) -> Iterator[PartMesh]:
         cut = min(leg.exit + plan.by_side[leg.side].sheet + CUT_MM, leg.tip)
         out = (cut, leg.tip) if ends else (leg.exit, cut)
         piece = _patch(bar, "plate", 0.0, 0.5 * bar.length, (sign * out[0], sign * out[1]))
-        yield replace(piece, draw=tuple(direction(leg.side).tolist()))
+        yield replace(piece, draw=point(direction(leg.side)))
 
 
-def _ring(axis: str, place: float, sizes: _Point, wide: float) -> PartMesh:
+def _ring(axis: str, place: float, sizes: Point, wide: float) -> PartMesh:
     """An elastic band about an axis at a place on it, ``wide`` along it, around a rectangle: half
     its size along x, then from low to high along the other axis."""
     x, low, high = sizes
@@ -174,8 +181,8 @@ def _ring(axis: str, place: float, sizes: _Point, wide: float) -> PartMesh:
         if axis == "y":
             near, far = (near[0], near[2], near[1]), (far[0], far[2], far[1])
         corners.append(_block(near, far))
-    draw = np.array([0.0, 0.0, 1.0 if place > -0.5 else -1.0])
-    return _solid("band", np.vstack(corners), draw if axis == "z" else np.array([0.0, 1.0, 0.0]))
+    outward = (0.0, 0.0, 1.0 if place > -0.5 else -1.0)
+    return _solid("band", np.vstack(corners), outward if axis == "z" else (0.0, 1.0, 0.0))
 
 
 def _bands(plan: MoldPlan) -> Iterator[PartMesh]:
@@ -195,10 +202,8 @@ def _windows(plan: MoldPlan) -> Iterator[PartMesh]:
     for side in plan.sides:
         if side.window is not None:
             left, right, bottom = side.window
-            near, far = plan.half(side.side) + side.sheet, plan.reach(side.side)
-            low = in_space(side.side, left, bottom, near)
-            high = in_space(side.side, right, plan.rim, far)
-            yield _solid("clay", _block(low, high), direction(side.side))
+            near = (left, bottom, plan.half(side.side) + side.sheet)
+            yield _on_side("clay", side.side, near, (right, plan.rim, plan.reach(side.side)))
 
 
 def _slots(plan: MoldPlan) -> Iterator[PartMesh]:
@@ -209,13 +214,10 @@ def _slots(plan: MoldPlan) -> Iterator[PartMesh]:
                 yield _lump(side.side, plan.reach(side.side), corners)
 
 
-def _lump(side: Side, out: float, corners: Array, thick: float = 1.0) -> PartMesh:
+def _lump(side: Side, out: float, corners: Array) -> PartMesh:
     """Clay on a face at ``out``, half a millimetre around places (n, 2) on it."""
     low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5
-    block = _block(
-        in_space(side, low[0], low[1], out), in_space(side, high[0], high[1], out + thick)
-    )
-    return _solid("clay", block, direction(side))
+    return _on_side("clay", side, point([*low, out]), point([*high, out + 1.0]))
 
 
 def _tape(plan: MoldPlan) -> Iterator[PartMesh]:
@@ -228,12 +230,10 @@ def _tape(plan: MoldPlan) -> Iterator[PartMesh]:
     out = plan.reach_x if plan.pour == "open" else plan.block_x
     for flank in FLANKS:
         for z in seams:
-            low = in_space(flank, z - 0.5 * TAPE_MM, 0.0, out)
-            high = in_space(flank, z + 0.5 * TAPE_MM, plan.rim, out + 0.3)
-            yield _solid("tape", _block(low, high), direction(flank))
-        low = in_space(flank, -plan.reach_z, plan.rim - 0.5 * TAPE_MM, out)
-        high = in_space(flank, plan.reach_z, plan.rim + 0.5 * TAPE_MM, out + 0.3)
-        yield _solid("tape", _block(low, high), direction(flank))
+            far = (z + 0.5 * TAPE_MM, plan.rim, out + 0.3)
+            yield _on_side("tape", flank, (z - 0.5 * TAPE_MM, 0.0, out), far)
+        far = (plan.reach_z, plan.rim + 0.5 * TAPE_MM, out + 0.3)
+        yield _on_side("tape", flank, (-plan.reach_z, plan.rim - 0.5 * TAPE_MM, out), far)
 
 
 def _cell_rubber(casting: Casting) -> Iterator[PartMesh]:
@@ -244,7 +244,7 @@ def _cell_rubber(casting: Casting) -> Iterator[PartMesh]:
         side = sides_of_plate(casting.trial[0])[0]
         out = casting.plan.half(side)
         ends = in_space(side, left, low, -out), in_space(side, right, high, out)
-        yield _solid("rubber", _block(*ends), np.array([0.0, -1.0, 0.0]))
+        yield _solid("rubber", _block(*ends), _DOWN)
 
 
 def _cell_clay(casting: Casting) -> Iterator[PartMesh]:
@@ -259,4 +259,4 @@ def _cell_clay(casting: Casting) -> Iterator[PartMesh]:
             low, high = low + AROUND_MM * (np.arange(3) == 2 - axis), high - AROUND_MM
             low[axis] = np.abs(points[:, axis]).max() * out
             high[axis] = np.abs(cell[:, axis]).max() * out
-            yield _solid("clay", _block(low, high), np.array([0.0, -1.0, 0.0]))
+            yield _solid("clay", _block(low, high), _DOWN)

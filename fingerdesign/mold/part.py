@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Generic, Literal, Protocol, TypeVar
 
 from fingerdesign.arrays import Array, IntArray
 
+Point = tuple[float, float, float]
 Made = Literal["process", "sheet", "metal", "silicone"]
 
 EDGE_DEG = 30.0  # the sharpest edge of a wall
@@ -46,6 +47,12 @@ def colour_of(name: str) -> str:
     return COLOURS[name.removeprefix("coupon_").partition("_")[0]]
 
 
+def point(values: Iterable[float]) -> Point:
+    """Three numbers as a plain tuple."""
+    x, y, z = map(float, values)
+    return x, y, z
+
+
 def axis_name(draw: Sequence[float]) -> str:
     """The axis that a draw runs along.
 
@@ -71,7 +78,7 @@ class PartMesh:
     name: str
     vertices: Array
     triangles: IntArray
-    draw: tuple[float, float, float] | None
+    draw: Point | None
     order: int
     made: Made
     volume: float
@@ -104,8 +111,8 @@ class MoldParts(Generic[Kind]):
     plates: tuple[Kind, ...]
     rubber: Kind
     outline: Kind
-    low: tuple[float, float, float]
-    high: tuple[float, float, float]
+    low: Point
+    high: Point
     coupon: tuple[Kind, ...] = ()
 
     def part(self, name: str) -> Kind:

@@ -23,10 +23,12 @@ from fingerdesign.mold.part import (
     RUBBER,
     MoldMeshes,
     PartMesh,
+    Point,
     colour_of,
+    point,
 )
 from fingerdesign.mold.products.notes import PLATES, View
-from fingerdesign.mold.render import Shown, camera_axes, draw_pictures
+from fingerdesign.mold.render import STILL, Shown, camera_axes, draw_pictures
 from fingerdesign.runtime.isolate import ProcessError, Wait, concurrently
 
 TIME_LIMIT_S = 90.0  # it takes 4 to 8 s; a software renderer on a busy machine far longer
@@ -80,20 +82,15 @@ def exploded_parts(meshes: MoldMeshes, aids: Aids = NONE) -> tuple[Shown, ...]:
     )
 
 
-def _by_name(meshes: MoldMeshes, aids: Aids) -> dict[str, tuple[PartMesh, ...]]:
-    """Meshes by the names of views: a part, all plates with what is on them, or an aid."""
-    plates = {PLATES: (*meshes.plates, *aids.get(GAGES, ()))}
-    parts = {part.name: (part,) for part in (*meshes.parts, *meshes.coupon, meshes.rubber)}
-    return plates | dict(aids) | parts
-
-
 def step_parts(
     meshes: MoldMeshes, views: Sequence[View], aids: Aids = NONE
 ) -> list[tuple[Shown, ...]]:
     """Choose what is drawn of each view: what is there already is pale; what the step puts in its
     place, or takes away, is in its colour, on its way."""
     size = np.array(meshes.high) - np.array(meshes.low)
-    alike = _by_name(meshes, aids)
+    plates = {PLATES: (*meshes.plates, *aids.get(GAGES, ()))}  # with what is on them
+    parts = {part.name: (part,) for part in (*meshes.parts, *meshes.coupon, meshes.rubber)}
+    alike = {**plates, **aids, **parts}  # by the names of views
     return [_of_view(view, there, alike, size) for view, there in _already_there(views, set(alike))]
 
 
@@ -123,12 +120,7 @@ def _of_view(
     names = [*there, *(name for name in view.names if name in alike)]
     shown = [_in_view(mesh, name, view, size) for name in names for mesh in alike[name]]
     above = camera_axes((0.0, 0.0, 1.0), view.up)[1]
-    return tuple(each if there or above @ each.way < 0.0 else _still(each) for each in shown)
-
-
-def _still(thing: Shown) -> Shown:
-    """The same without an arrow."""
-    return replace(thing, way=(0.0, 0.0, 0.0))
+    return tuple(e if there or above @ e.way < 0.0 else replace(e, way=STILL) for e in shown)
 
 
 def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
@@ -141,18 +133,15 @@ def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
         return Shown(mesh.name, mesh, _pale(colour), opacity=opacity)
     away = _moved(mesh, size)
     if view.way is not None:  # from where it comes
-        x, y, z = (-0.2 * float(size.max()) * np.array([*view.way, 0.0])).tolist()
+        away = point(-0.2 * float(size.max()) * np.array([*view.way, 0.0]))
         if name in (PLATES, MOUNT):  # they stay: legs are bent, the hand is below
-            return Shown(mesh.name, mesh, colour, way=(-x, -y, -z))
-        away = x, y, z
+            return Shown(mesh.name, mesh, colour, way=point(-each for each in away))
     elif name == PLATES or (name.startswith("side_wall") and view.up == "+z"):  # from above
-        x, y, z = (0.9 * size * camera_axes((0.0, 0.0, 1.0), view.up)[1]).tolist()
-        away = x, y, z
+        away = point(0.9 * size * camera_axes((0.0, 0.0, 1.0), view.up)[1])
     elif name == f"bolts_{view.up[1]}" and view.up[0] == "-":
-        away = -away[0], -away[1], -away[2]  # a bolt comes from above
+        away = point(-each for each in away)  # a bolt comes from above
     sign = 1.0 if view.verb == "take" else -1.0
-    x, y, z = (sign * np.array(away)).tolist()
-    return Shown(mesh.name, mesh, colour, away, way=(x, y, z))
+    return Shown(mesh.name, mesh, colour, away, way=point(sign * each for each in away))
 
 
 def _pale(colour: str) -> str:
@@ -204,19 +193,17 @@ def pictures_of(wait: Wait, meshes: MoldMeshes, views: Sequence[View]) -> Pictur
     return Pictures(opened, drawn)
 
 
-def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
+def _moved(part: PartMesh, size: Array) -> Point:
     """Distance by which a part is moved: sheets less than what is behind them."""
-    if part.name == MOUNT:  # the base plate slides into it from its front
-        return 0.0, 0.0, -1.1 * float(size[2])
-    if part.draw is None and part.name not in (BASE, CORE):
-        return 0.0, 0.0, 0.0
-    if part.draw is None:  # a core that is inside stays
-        inside = part.name == CORE and part.vertices[:, 1].min() > 1e-6
-        far = 0.0 if inside else 0.45 if part.name == CORE else 0.95
-        return (0.0, -far * size[1], 0.0)
-    if part.name == BASE_FRAME:  # beyond the base plate
-        return (0.0, -1.4 * size[1], 0.0)
+    inside = part.name == CORE and part.vertices[:, 1].min() > 1e-6  # such a core stays
+    fixed = {
+        MOUNT: (0.0, 0.0, -1.1),  # the base plate slides into it from its front
+        BASE: (0.0, -0.95, 0.0),
+        BASE_FRAME: (0.0, -1.4, 0.0),  # beyond the base plate
+        CORE: (0.0, 0.0 if inside else -0.45, 0.0),
+    }
+    if part.name in fixed or part.draw is None:
+        return point(size * fixed.get(part.name, STILL))
     shares = (0.25, 0.75, 0.3) if part.made == "sheet" else (0.5, 0.75, 0.85)
     shares = (0.0, 0.75, 1.3) if part.name.endswith(OUTER) else shares
-    x, y, z = (np.array(shares) * size * part.draw).tolist()
-    return (x, y, z)
+    return point(np.array(shares) * size * part.draw)

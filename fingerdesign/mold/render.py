@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.mold.part import PartMesh
+from fingerdesign.mold.part import PartMesh, Point
 from fingerdesign.mold.products.notes import Up
 
 SIZE, STEP_SIZE = (1200, 940), (560, 420)
@@ -17,6 +17,7 @@ VIEW_ANGLE, FILLED = 25.0, 0.94  # degrees, vertical; the part of the frame that
 EDGE, TRAIL, ARROW = "#2f3a44", "#8a8f96", "#c2410c"
 STEEP_VIEW = (-0.72, 0.95, 1.0)  # of steps: into what is open above
 FRONT_VIEW = (-0.72, 0.52, 1.0)  # the camera is in front, to the left, above
+STILL: Point = (0.0, 0.0, 0.0)
 Shapes = dict[int, tuple[Any, Array, IntArray]]  # by the mesh's identity
 
 
@@ -27,9 +28,9 @@ class Shown:
     name: str
     mesh: PartMesh
     colour: str
-    move: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    move: Point = STILL
     opacity: float = 1.0
-    way: tuple[float, float, float] = (0.0, 0.0, 0.0)  # along which it goes: an arrow
+    way: Point = STILL  # along which it goes: an arrow
 
     @property
     def points(self) -> Array:
