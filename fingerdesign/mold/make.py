@@ -118,7 +118,8 @@ def make_mold(
     with clock.stage("plan"):
         outcome = Outcome(plan_mold(design), gage_fit(design))
     effect, leads = (
-        f"fingerdesign.mold.{each}" for each in ("ready:placement_with_fixes", "leads:leads_effect")
+        "fingerdesign.mold.ready:placement_with_fixes",
+        "fingerdesign.mold.leads:leads_effect",
     )
     type_ = None if outcome.fit is None else outcome.fit.found
     pictures, missing = None, "There are no parts to draw."

@@ -280,8 +280,9 @@ def mold_record(
     outcome: Outcome, files: list[str], timings_s: Mapping[str, float], seconds: float
 ) -> MoldData:
     """Write the record of one `fingerdesign mold`; files: names next to the record."""
-    plan, placement = outcome.plan, outcome.placement
+    plan, placement, casting = outcome.plan, outcome.placement, outcome.casting
     design = plan.design
+    parts, patterns = (casting.meshes.parts, casting.patterns) if casting else ((), ())
     failure = "; ".join(filter(None, (outcome.broken, failure_of(outcome.checks)))) or None
     record: MoldData = plain(
         {
@@ -294,7 +295,10 @@ def mold_record(
             "process": _process(plan),
             "shrinkage": design.mold.shrinkage_used,
             "scale": plan.scale,
-            **_made(outcome, files),
+            "parts": [_part(part, number, files) for number, part in enumerate(parts, start=1)],
+            "plates": [_pattern(pattern, files) for pattern in patterns],
+            "placements": _placements(plan, patterns),
+            "silicone": casting and casting.silicone,
             "fixture": [_fixture(plan, side) for side in plan.sides],
             "base": _base(plan),
             "checks": [
@@ -308,7 +312,7 @@ def mold_record(
             "notes": outcome.notes,
             "coupon": [values_of(LadderData, each) for each in ladders_of(plan.limits)],
             "bill": outcome.items,
-            "hours": () if outcome.casting is None else hours_of(outcome.casting),
+            "hours": hours_of(casting) if casting else (),
             "files": files,
             "timings_s": dict(timings_s),
             "seconds": seconds,
@@ -318,21 +322,6 @@ def mold_record(
         decimals=MICRO,
     )
     return record
-
-
-def _made(outcome: Outcome, files: list[str]) -> dict[str, Any]:
-    """The record of what was built: parts, plates with their places, silicone."""
-    casting, patterns = outcome.casting, outcome.casting.patterns if outcome.casting else ()
-    placements = _placements(outcome.plan, patterns)
-    if casting is None:
-        return {"parts": [], "plates": [], "placements": placements, "silicone": None}
-    parts = enumerate(casting.meshes.parts, start=1)
-    return {
-        "parts": [_part(part, number, files) for number, part in parts],
-        "plates": [_pattern(pattern, files) for pattern in patterns],
-        "placements": placements,
-        "silicone": casting.silicone,
-    }
 
 
 def _process(plan: MoldPlan) -> dict[str, Any]:

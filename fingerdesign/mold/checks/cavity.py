@@ -20,11 +20,6 @@ BACKED = 10000  # points: 0.08 mm^2 each on a finger of 800 mm^2
 SLACK_MM = 0.05
 
 
-def cavity_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
-    """Check cavity and backing."""
-    return [finger_check(assembly), backing_check(assembly, rng)]
-
-
 def finger_check(assembly: Assembly) -> Check:
     """Cavity / scale^3 less plates and core is the body: metal does not shrink, rubber does."""
     plan, meshes = assembly.plan, assembly.meshes

@@ -20,7 +20,7 @@ STEPS_MM = (0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3.0, 6.0, 12.0)
 FLAT_MM = 1e-6
 
 
-def demolding_checks(assembly: Assembly, _rng: np.random.Generator) -> list[Check]:
+def demolding_checks(assembly: Assembly) -> list[Check]:
     """One check a part that is drawn: the greatest overlap on its way."""
     parts = sorted(assembly.meshes.parts, key=lambda each: each.order)
     return [_drawn(assembly, p, _still_there(assembly, p)) for p in parts if p.draw is not None]

@@ -1,29 +1,28 @@
-"""Checks of a built mold on its triangles: each with a measured number, a bound and a sentence."""
+"""Checks of a built mold on its triangles: each with a measured number, a bound and a sentence.
 
-from collections.abc import Callable
+Each part is one closed solid with the volume and the chord that it should have; then the assembled
+parts are checked.
+"""
 
 import numpy as np
+from manifold3d import Manifold
 
-from fingerdesign.mold.checks.assembly import Assembly, assemble
-from fingerdesign.mold.checks.cavity import cavity_checks
+from fingerdesign.layout.volume import enclosed_volume
+from fingerdesign.mold.checks.assembly import assemble
+from fingerdesign.mold.checks.cavity import backing_check, finger_check
 from fingerdesign.mold.checks.demolding import demolding_checks
-from fingerdesign.mold.checks.shells import part_checks
-from fingerdesign.mold.checks.venting import vent_checks
+from fingerdesign.mold.checks.venting import vent_check
 from fingerdesign.mold.checks.walls import clearance_checks, wall_checks
-from fingerdesign.mold.part import Check, MoldMeshes
+from fingerdesign.mold.part import Check, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.patterns import flat_patterns
 from fingerdesign.mold.plan.plan import MoldPlan
-from fingerdesign.mold.solids import sound
+from fingerdesign.mold.solids import areas, curved_area, sound
 
 SEED = 7
-# Every check of the assembled parts, in this order, since they draw points from one generator.
-CHECKS: tuple[Callable[[Assembly, np.random.Generator], list[Check]], ...] = (
-    cavity_checks,
-    wall_checks,
-    demolding_checks,
-    vent_checks,
-    clearance_checks,
-)
+# Bound of a bent plate's error of volume, whose two faces err alike, as a fraction.
+VOLUME_SHARE = 1e-3
+EXACT_SHARE = 1e-6  # error of the kernel's own volumes, as a fraction
+SINGLE = 2.0**-24  # rounding of single precision
 
 
 def run_checks(plan: MoldPlan, meshes: MoldMeshes) -> tuple[Check, ...]:
@@ -49,7 +48,44 @@ def run_checks(plan: MoldPlan, meshes: MoldMeshes) -> tuple[Check, ...]:
     found.append(Check.none("solids", "", broken, "parts", right, words))
     if broken:
         return tuple(found)
-    rng = np.random.default_rng(SEED)
-    for check in CHECKS:
-        found += check(assembly, rng)
-    return tuple(found)
+    rng = np.random.default_rng(SEED)  # the points of two checks are drawn from it, in this order
+    return (
+        *found,
+        finger_check(assembly),
+        backing_check(assembly, rng),
+        *wall_checks(assembly, rng),
+        *demolding_checks(assembly),
+        vent_check(assembly),
+        *clearance_checks(assembly),
+    )
+
+
+def part_checks(part: PartMesh, solid: Manifold, chord_mm: float) -> list[Check]:
+    """One closed solid, its volume and its chord. Rubber alone may enclose a core."""
+    name, pieces = part.name, len(solid.decompose()) if sound(solid) else 0
+    one = pieces == 1 or (pieces > 1 and part.made == "silicone")
+    closed = f"{name}: its triangles are {pieces or 'no'} closed shell{'s' if pieces > 1 else ''}"
+    chord = f"{name}: triangles leave the exact surface by at most {part.chord:.4f} mm"
+    return [
+        Check("watertight", name, one, float(pieces), 1.0, "shells", closed),
+        _volume(part),
+        Check.most("chord", name, part.chord, chord_mm, "mm", chord),
+    ]
+
+
+def _volume(part: PartMesh) -> Check:
+    """Triangles within a chord of a curved face enclose at most chord times its area more or less:
+    holes, smaller as polygons, leave a wall heavier. Vertices are single."""
+    found = enclosed_volume(part.vertices, part.triangles)
+    error = abs(found - part.volume) / abs(part.volume)
+    rounded = SINGLE * float(np.abs(part.vertices).max())
+    slack = part.chord * curved_area(part.vertices, part.triangles)
+    slack += rounded * float(areas(part.vertices, part.triangles).sum())
+    bound = slack / abs(part.volume) + EXACT_SHARE
+    if part.made == "metal":  # a bent plate's two faces err alike
+        bound = min(VOLUME_SHARE, bound)
+    sentence = (
+        f"{part.name}: its triangles enclose {found:.4f} mm^3, the exact solid "
+        f"{part.volume:.4f} mm^3 ({error:.1e} apart)"
+    )
+    return Check.most("volume", part.name, error, bound, "1", sentence)

@@ -9,7 +9,6 @@ the rubber, tilted as the casting notes say.
 from dataclasses import dataclass
 
 import numpy as np
-from manifold3d import Manifold
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mesh.cells import pieces
@@ -36,7 +35,7 @@ class HighPoint:
     beyond: float
 
 
-def vent_checks(assembly: Assembly, _rng: np.random.Generator) -> list[Check]:
+def vent_check(assembly: Assembly) -> Check:
     """High points on the mold's own surface may hold no air; those under plates and core are
     reported (what frees them, bubbles' buoyancy or a vacuum, is a warning of the notes)."""
     poured = pour_turn(assembly.plan)
@@ -53,7 +52,7 @@ def vent_checks(assembly: Assembly, _rng: np.random.Generator) -> list[Check]:
     else:
         words += f"air stays at {place_text(farthest.place)}, {beyond:.1f} mm from any opening"
     words += f"; {under} high points lie under plates or core" if under else ""
-    return [Check.most("vents", BASE, beyond, REACH_MM, "mm", words)]
+    return Check.most("vents", BASE, beyond, REACH_MM, "mm", words)
 
 
 def pour_turn(plan: MoldPlan) -> float:
@@ -125,7 +124,6 @@ def _under_metal(assembly: Assembly, point: HighPoint) -> bool:
     """True where a plate or the core is right next to a high point."""
     steps = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3)).reshape(3, -1).T
     around = point.place + _STEP_MM * steps
-    names = [plate.name for plate in assembly.meshes.plates]
-    names += [part.name for part in assembly.meshes.parts if part.name == CORE]
-    solids: list[Manifold] = [assembly.solids[name] for name in names]
+    names = [CORE, *(plate.name for plate in assembly.meshes.plates)]
+    solids = (assembly.solids[name] for name in names if name in assembly.solids)
     return any(bool(inside(solid, around).any()) for solid in solids)

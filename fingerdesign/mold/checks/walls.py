@@ -27,15 +27,15 @@ _NEAR_SLOT_MM = 0.05
 _NEAR_PIN_MM = 0.02
 
 
-def clearance_checks(assembly: Assembly, _rng: np.random.Generator) -> list[Check]:
+def clearance_checks(assembly: Assembly) -> list[Check]:
     """Check that outer combs, which are slid on the frames, are clear of the insert."""
     found, insert = [], assembly.solids[INSERT]
     for side in assembly.plan.sides:
         if side.outer_comb is not None:
             gap = insert.min_gap(assembly.solids[side.outer_comb], 2.0 * CLEAR_MM)
             words = f"{side.outer_comb}: {gap:.3f} mm from the contact insert"
-            check = Check.least("clear of insert", side.outer_comb, gap, CLEAR_MM, words, 1e-3)
-            found.append(check)
+            name = "clear of insert"
+            found.append(Check.least(name, side.outer_comb, gap, CLEAR_MM, words, 1e-3))
     return found
 
 

@@ -7,8 +7,7 @@ import pytest
 from manifold3d import Manifold
 
 from fingerdesign.mold.checks.assembly import assemble, from_slot, planned
-from fingerdesign.mold.checks.run import run_checks
-from fingerdesign.mold.checks.shells import part_checks
+from fingerdesign.mold.checks.run import part_checks, run_checks
 from fingerdesign.mold.checks.venting import beyond_openings, high_points
 from fingerdesign.mold.checks.walls import clearance_checks
 from fingerdesign.mold.part import BASE, INSERT, RUBBER
@@ -185,7 +184,7 @@ def test_an_outer_comb_that_the_insert_would_clamp_is_found(made, gap, ok):
     plan = replace(made.plan, sides=(side, *made.plan.sides[1:]))
     comb = box("comb_front_outer", (-12, 2, 13 + gap), (12, 18, 13.3 + gap))
     meshes = replace(made.meshes, parts=(*made.meshes.parts, comb))
-    (check,) = clearance_checks(assemble(plan, meshes), None)
+    (check,) = clearance_checks(assemble(plan, meshes))
     assert (check.ok, check.measured, check.bound) == (ok, pytest.approx(gap), 0.3)
 
 
