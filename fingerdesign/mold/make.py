@@ -117,10 +117,8 @@ def make_mold(
     report("planning", 0.0)
     with clock.stage("plan"):
         outcome = Outcome(plan_mold(design), gage_fit(design))
-    effect, leads = (
-        "fingerdesign.mold.ready:placement_with_fixes",
-        "fingerdesign.mold.leads:leads_effect",
-    )
+    effect = "fingerdesign.mold.ready:placement_with_fixes"
+    leads = "fingerdesign.mold.leads:leads_effect"
     type_ = None if outcome.fit is None else outcome.fit.found
     pictures, missing = None, "There are no parts to draw."
     with (

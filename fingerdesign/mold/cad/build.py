@@ -22,11 +22,20 @@ from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, features_of
 from fingerdesign.mold.cad.parting import FlatSide, parted, seam, sides_followed
-from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT, RUBBER, Made, MoldParts
+from fingerdesign.mold.part import (
+    BASE,
+    BASE_FRAME,
+    CORE,
+    INSERT,
+    RUBBER,
+    Made,
+    MoldParts,
+    Point,
+    point,
+)
 from fingerdesign.mold.plan.pieces import ENDS, FLANKS, SIDES, Side, direction
 from fingerdesign.mold.plan.plan import MoldPlan
 
-Direction = tuple[float, float, float]
 # Parts come off in this order; base and core stay with the finger.
 INSERT_ORDER, END_ORDER, SIDE_ORDER, STAYS = 0, 1, 3, 9
 OUTLINE = "outline"
@@ -43,7 +52,7 @@ class Undercut:
 
     face: int
     part: str
-    place: tuple[float, float, float]
+    place: Point
 
 
 def undercuts(outline: cq.Solid, plan: MoldPlan) -> tuple[Undercut, ...]:
@@ -58,8 +67,7 @@ def undercuts(outline: cq.Solid, plan: MoldPlan) -> tuple[Undercut, ...]:
             rows = np.flatnonzero((names == name) & (along < AGAINST))
             if len(rows):
                 worst = rows[np.argmin(along[rows])]
-                x, y, z = (float(value) for value in points[worst])
-                found.append(Undercut(number, name, (x, y, z)))
+                found.append(Undercut(number, name, point(points[worst])))
     return tuple(found)
 
 
@@ -135,7 +143,7 @@ class BuiltPart:
 
     name: str
     solid: cq.Solid
-    draw: Direction | None
+    draw: Point | None
     order: int
     made: Made
     blank: cq.Solid | None = None
@@ -187,31 +195,30 @@ def enlarged(outline: cq.Solid, scale: float) -> cq.Solid:
 def _parts(
     plan: MoldPlan, blanks: dict[str, tuple[cq.Solid, cq.Solid]], features: Features
 ) -> tuple[BuiltPart, ...]:
-    formed: list[tuple[str, Direction, int, Made]]
+    """Every part that is made, its features worked into its blank."""
+    formed: list[tuple[str, Point | None, int, Made]]
     formed = [(INSERT, (0.0, 1.0, 0.0), INSERT_ORDER, "process")]
     for side in SIDES if plan.pour == "closed" else ENDS:
-        x, y, z = direction(side).tolist()
+        planned, draw = plan.by_side[side], point(direction(side))
         order = SIDE_ORDER if side.endswith("x") else END_ORDER
-        formed.append((plan.by_side[side].wall, (x, y, z), order, "process"))
-        if comb := plan.by_side[side].comb:  # it comes off after the wall behind it
-            formed.append((comb, (x, y, z), order + 1, "sheet"))
-        if outer := plan.by_side[side].outer_comb:
-            formed.append((outer, (x, y, z), INSERT_ORDER, "sheet"))
+        formed.append((planned.wall, draw, order, "process"))
+        if planned.comb:  # it comes off after the wall behind it
+            formed.append((planned.comb, draw, order + 1, "sheet"))
+        if planned.outer_comb:
+            formed.append((planned.outer_comb, draw, INSERT_ORDER, "sheet"))
+    base = box((-plan.mount_x, -plan.base, -plan.mount_z), (plan.mount_x, 0.0, plan.mount_z))
+    blanks = {**blanks, BASE: (base, base)}
+    formed.append((BASE, None, STAYS, "process"))
+    if plan.lip > 0.0:
+        blanks[BASE_FRAME] = (base_frame(plan),) * 2
+        formed.append((BASE_FRAME, (0.0, -1.0, 0.0), INSERT_ORDER, "process"))
+    if plan.core is not None:
+        blanks[CORE] = (box(*(corner.tolist() for corner in plan.core)),) * 2
+        formed.append((CORE, None, STAYS, "metal"))
     found = []
     for name, draw, order, made in formed:
         blank, filling = blanks[name]
-        worked = _worked(blank, features, name)
-        found.append(BuiltPart(name, worked, draw, order, made, filling))
-    base = box((-plan.mount_x, -plan.base, -plan.mount_z), (plan.mount_x, 0.0, plan.mount_z))
-    found.append(BuiltPart(BASE, _worked(base, features, BASE), None, STAYS, "process", base))
-    if plan.lip > 0.0:
-        below = base_frame(plan)
-        worked = _worked(below, features, BASE_FRAME)
-        down = (0.0, -1.0, 0.0)
-        found.append(BuiltPart(BASE_FRAME, worked, down, INSERT_ORDER, "process", below))
-    if plan.core is not None:
-        core = box(*(corner.tolist() for corner in plan.core))
-        found.append(BuiltPart(CORE, _worked(core, features, CORE), None, STAYS, "metal", core))
+        found.append(BuiltPart(name, _worked(blank, features, name), draw, order, made, filling))
     return tuple(found)
 
 

@@ -10,10 +10,10 @@ import cadquery as cq
 import numpy as np
 
 from fingerdesign.cad.kernel import box, one_solid
-from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart, Direction
-from fingerdesign.mold.cad.features import slot_tools
+from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart
+from fingerdesign.mold.cad.features import cylinder, slot_tools
 from fingerdesign.mold.cad.parting import prism_of, slab
-from fingerdesign.mold.part import CELL, COUPON, COUPON_COMB, COUPON_PIN, SPACER
+from fingerdesign.mold.part import CELL, COUPON, COUPON_COMB, COUPON_PIN, SPACER, Point, point
 from fingerdesign.mold.plan.pieces import WORDS, direction
 from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
 from fingerdesign.mold.plan.slots import sides_of_plate
@@ -25,6 +25,7 @@ LONG_MM = 4.0  # of slots, walls and ribs, across the bar's length
 GAP_MM = 2.0  # between features, and to the border
 PIN_MM = 6.0  # length of a pin beyond the bar
 CORNER_MM = 2.0  # that marks the fine end of the first row
+_Z = np.array([0.0, 0.0, 1.0])
 WALL_MM = 2.0  # of the cell, at least
 
 
@@ -35,15 +36,15 @@ def build_coupon(plan: MoldPlan) -> tuple[BuiltPart, ...]:
     found = [_piece(COUPON, ladder_bar(ladders_of(limits), limits.pin_mm))]
     if not limits.dowels:
         head = box((0.0, 0.0, 0.0), (4.0 * limits.pin_mm, 4.0 * limits.pin_mm, LOW_MM))
-        foot = 2.0 * limits.pin_mm
-        pin = cq.Solid.makeCylinder(0.5 * limits.pin_mm, LOW_MM + PIN_MM, cq.Vector(foot, foot, 0))
+        foot = (2.0 * limits.pin_mm, 2.0 * limits.pin_mm, 0.0)
+        pin = cylinder(limits.pin_mm, foot, _Z, LOW_MM + PIN_MM)
         found.append(_piece(COUPON_PIN, one_solid(head.fuse(pin), COUPON_PIN)))
     if high := spacer_height(plan):
         found.append(_piece(SPACER, box((0.0, 0.0, 0.0), (SPACER_MM, SPACER_MM, high))))
     return (*found, *_cell(plan))
 
 
-def _piece(name: str, solid: cq.Solid, draw: Direction | None = None) -> BuiltPart:
+def _piece(name: str, solid: cq.Solid, draw: Point | None = None) -> BuiltPart:
     """A printed or milled piece; its outer face, as printed, lies on the side of its draw."""
     return BuiltPart(name, solid, draw, INSERT_ORDER, "process")
 
@@ -68,7 +69,7 @@ def ladder_bar(rows: tuple[Ladder, ...], pin: float) -> cq.Solid:
             (cuts if through else base).append(tool)
         y -= depth
     corner = np.array([[0.0, 0.0], [CORNER_MM, 0.0], [0.0, -CORNER_MM]])
-    cuts.append(prism_of(np.column_stack([corner, np.zeros(3)]), np.array([0.0, 0.0, DEEP_MM])))
+    cuts.append(prism_of(np.column_stack([corner, np.zeros(3)]), DEEP_MM * _Z))
     whole = one_solid(base[0].fuse(*base[1:]).clean(), COUPON)
     return one_solid(whole.cut(*cuts).clean(), COUPON)
 
@@ -81,10 +82,9 @@ def _width(row: Ladder, size: float, pin: float) -> float:
 def _feature(row: Ladder, size: float, pin: float, x: float, y: float) -> cq.Solid:
     """Make what is cut out of the bar, or added to it, about (x, y)."""
     if row.kind in ("hole", "socket"):
-        radius = 0.5 * _width(row, size, pin)
-        return cq.Solid.makeCylinder(radius, DEEP_MM + 2.0, cq.Vector(x, y, -1.0))
+        return cylinder(_width(row, size, pin), (x, y, -1.0), _Z, DEEP_MM + 2.0)
     if row.kind == "pin":
-        return cq.Solid.makeCylinder(0.5 * size, LOW_MM + PIN_MM, cq.Vector(x, y, 0.0))
+        return cylinder(size, (x, y, 0.0), _Z, LOW_MM + PIN_MM)
     low = -1.0 if row.kind == "slot" else 0.0
     high = {"slot": DEEP_MM + 1.0, "wall": DEEP_MM, "rib": 2.0 * LOW_MM}[row.kind]
     half = 0.5 * LONG_MM
@@ -122,7 +122,6 @@ def _cell(plan: MoldPlan) -> tuple[BuiltPart, ...]:
         corner = (right + AROUND_MM, high + AROUND_MM, inside + sheet)
         comb = slab(end, (left - AROUND_MM, low, inside), corner)
         name = f"{COUPON_COMB}_{WORDS[end]}"
-        x, y, z = direction(end).tolist()
         solid = one_solid(comb.cut(*tools).clean(), name)
-        combs.append(BuiltPart(name, solid, (x, y, z), INSERT_ORDER, "sheet"))
+        combs.append(BuiltPart(name, solid, point(direction(end)), INSERT_ORDER, "sheet"))
     return _piece(CELL, one_solid(cell.cut(*cuts).clean(), CELL), (0.0, 1.0, 0.0)), *combs

@@ -5,7 +5,7 @@ bolts, slots, windows and the base's holes are cut. Importing this module loads 
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import cadquery as cq
@@ -15,7 +15,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.cad.bodies import plate_solid
 from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mold.cad.parting import prism_of, slab
+from fingerdesign.mold.cad.parting import block, prism_of, slab
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.fasteners.core_pins import CORE_CLEARANCE_MM
@@ -42,7 +42,7 @@ BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
 ROOT_MM = 0.2  # how deep a pin or lug reaches into its part
 PILOT = 0.72  # of a clearance hole: the core hole of the same screw's thread
 STEEP = 0.5  # fall of a wall's top, mm per mm, from which its edge at a window is cut level
-_UP = np.array([0.0, 1.0, 0.0])
+UP = np.array([0.0, 1.0, 0.0])
 
 
 def cut_plates(plan: MoldPlan) -> tuple[cq.Solid, ...]:
@@ -89,7 +89,7 @@ def _axes(slot: Slot) -> tuple[Array, Array]:
     """Unit vectors along a slot and across it, toward the upper side of its plate."""
     angle, level = np.radians(slot.angle_deg), across(slot.side)
     cosine, sine = np.cos(angle), np.sin(angle)
-    return cosine * level + sine * _UP, cosine * _UP - sine * level
+    return cosine * level + sine * UP, cosine * UP - sine * level
 
 
 def window_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[cq.Solid]:
@@ -167,9 +167,9 @@ def _fasten(found: Features, plan: MoldPlan) -> None:
     """Add bolts' holes, pins with their sockets, and lugs."""
     combs = [side.comb for side in plan.sides if side.comb]
     for bolt in plan.bolts:
-        way = _UP if bolt.axis == "y" else direction("+z")
+        way = UP if bolt.axis == "y" else direction("+z")
         long = bolt.high - bolt.low + 2.0 * BEYOND_MM
-        bar = _cylinder(bolt.diameter, bolt.at(bolt.low - BEYOND_MM), way, long)
+        bar = cylinder(bolt.diameter, bolt.at(bolt.low - BEYOND_MM), way, long)
         found.take(bar, INSERT, *plan.walls, *combs, BASE_FRAME)
     for pin in plan.pins:
         if pin.dowel:
@@ -187,17 +187,15 @@ def _hold(found: Features, plan: MoldPlan) -> None:
     combs, which would clamp it."""
     if plan.groove is not None:
         depth, low, high = plan.groove
+        x, beyond, far = plan.mount_x - depth, plan.mount_x + BEYOND_MM, plan.mount_z + BEYOND_MM
         for sign in (-1.0, 1.0):
-            x = sorted((sign * (plan.mount_x - depth), sign * (plan.mount_x + BEYOND_MM)))
-            far = plan.mount_z + BEYOND_MM
-            found.take(box((x[0], low, -far), (x[1], high, far)), BASE)
+            found.take(block((sign * x, low, -far), (sign * beyond, high, far)), BASE)
     if plan.pry:
         deep, high, half = PRY_MM
         reach, foot = plan.reach_x, seam_height(plan, plan.reach_x, 0.0)
         for sign in (-1.0, 1.0):
-            x = sorted((sign * (reach - deep), sign * (reach + BEYOND_MM)))
-            notch = box((x[0], foot - BEYOND_MM, -half), (x[1], foot + high, half))
-            found.take(notch, INSERT)
+            inner = (sign * (reach - deep), foot - BEYOND_MM, -half)
+            found.take(block(inner, (sign * (reach + BEYOND_MM), foot + high, half)), INSERT)
     for side in plan.sides:
         if side.outer is not None:
             wide, top = plan.reach_x + BEYOND_MM, side.outer.high + BEYOND_MM
@@ -217,7 +215,7 @@ def _open_side(found: Features, plan: MoldPlan, planned: SidePlan) -> None:
             found.take(tool, planned.outer_comb)
         for bolt in plan.bolts:
             wide, reach = bolt.diameter + 2.0 * ROOMS_MM[0], bolt.high + BEYOND_MM
-            found.take(_cylinder(wide, bolt.at(0.0), direction(side), reach), planned.outer_comb)
+            found.take(cylinder(wide, bolt.at(0.0), direction(side), reach), planned.outer_comb)
     if planned.framed and plan.seam > 0.0:
         low = (-plan.reach_x - BEYOND_MM, -BEYOND_MM, 0.0)
         high = (plan.reach_x + BEYOND_MM, plan.seam, plan.reach_z + BEYOND_MM)
@@ -259,11 +257,12 @@ def _along(pin: Pin, start: float, first: float, end: float, last: float) -> cq.
 def _cone(foot: Array, way: Array, first: float, last: float, length: float) -> cq.Solid:
     """The cone (or cylinder) of diameters ``first`` at ``foot`` and ``last`` at its other end."""
     if abs(first - last) < 1e-9:
-        return _cylinder(first, foot, way, length)
+        return cylinder(first, foot, way, length)
     return cq.Solid.makeCone(0.5 * first, 0.5 * last, length, cq.Vector(*foot), cq.Vector(*way))
 
 
-def _cylinder(diameter: float, foot: Array, way: Array, length: float) -> cq.Solid:
+def cylinder(diameter: float, foot: Iterable[float], way: Array, length: float) -> cq.Solid:
+    """The cylinder of a diameter and a length along a unit vector from ``foot``, (3,)."""
     return cq.Solid.makeCylinder(0.5 * diameter, length, cq.Vector(*foot), cq.Vector(*way))
 
 
@@ -275,18 +274,17 @@ def _base_hole(hole: BaseHole, base: float) -> cq.Solid:
         slope, first = 0.0, hole.diameter
     last = hole.diameter + (base + BEYOND_MM) * slope
     foot = np.array([hole.x, BEYOND_MM, hole.z])
-    return _cone(foot, -_UP, first, last, base + 2.0 * BEYOND_MM)
+    return _cone(foot, -UP, first, last, base + 2.0 * BEYOND_MM)
 
 
 def _wire_way(hole: BaseHole, plan: MoldPlan) -> Iterator[cq.Solid]:
     """The way of leads through the base plate: a hole, a pocket on the back, a channel from there
     to the front edge."""
-    foot = np.array([hole.x, BEYOND_MM, hole.z])
-    yield _cylinder(hole.diameter, foot, -_UP, plan.base + 2.0 * BEYOND_MM)
+    foot = (hole.x, BEYOND_MM, hole.z)
+    yield cylinder(hole.diameter, foot, -UP, plan.base + 2.0 * BEYOND_MM)
     if hole.pocket > 0.0:
         floor, back = hole.pocket - plan.base, -plan.base - BEYOND_MM
-        foot = np.array([hole.x, back, hole.z])
-        yield _cylinder(hole.outer_diameter, foot, _UP, floor - back)
+        yield cylinder(hole.outer_diameter, (hole.x, back, hole.z), UP, floor - back)
         half = 0.5 * hole.diameter
         far = (hole.x + half, floor, plan.mount_z + BEYOND_MM)
         yield box((hole.x - half, back, hole.z), far)
@@ -295,8 +293,8 @@ def _wire_way(hole: BaseHole, plan: MoldPlan) -> Iterator[cq.Solid]:
 def _pilot(hole: BaseHole, height: float) -> cq.Solid:
     """A screw's pilot hole in the core, from the base up, as deep as its thread holds."""
     depth = min(2.5 * hole.diameter, max(height - 1.5, 0.5 * height))
-    foot = np.array([hole.x, -BEYOND_MM, hole.z])
-    return _cylinder(PILOT * hole.diameter, foot, _UP, depth + BEYOND_MM)
+    foot = (hole.x, -BEYOND_MM, hole.z)
+    return cylinder(PILOT * hole.diameter, foot, UP, depth + BEYOND_MM)
 
 
 def _core_pin(plan: MoldPlan, pin: CorePin, clearance: float) -> cq.Solid:
@@ -304,4 +302,4 @@ def _core_pin(plan: MoldPlan, pin: CorePin, clearance: float) -> cq.Solid:
     start = pin.tip - clearance
     foot = in_space(pin.side, pin.place, pin.y, start)
     long = plan.reach(pin.side) + BEYOND_MM - start
-    return _cylinder(pin.diameter + 2.0 * clearance, foot, direction(pin.side), long)
+    return cylinder(pin.diameter + 2.0 * clearance, foot, direction(pin.side), long)

@@ -7,10 +7,9 @@ pattern of ISO 9409-1-50-4-M6. In front of the base plate a trough takes legs th
 their connector. Importing this module loads the CAD kernel.
 """
 
-import cadquery as cq
-
 from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.mold.cad.build import INSERT_ORDER, BuiltPart
+from fingerdesign.mold.cad.features import UP, cylinder
 from fingerdesign.mold.part import MOUNT
 from fingerdesign.mold.plan.mount import (
     FLOOR_MM,
@@ -37,8 +36,7 @@ def build_mount(plan: MoldPlan) -> tuple[BuiltPart, ...]:
     outer = x + play + SIDE_MM
     whole = box((-outer, floor - FLOOR_MM, back), (outer, high - play, front))
     if plan.design.mold.mount == "iso9409":
-        foot = cq.Vector(0.0, floor - FLOOR_MM, 0.0)
-        disc = cq.Solid.makeCylinder(0.5 * ISO_DISC_MM, FLOOR_MM, foot, cq.Vector(0.0, 1.0, 0.0))
+        disc = cylinder(ISO_DISC_MM, (0.0, floor - FLOOR_MM, 0.0), UP, FLOOR_MM)
         whole = one_solid(whole.fuse(disc).clean(), MOUNT)
     lip = x - depth + play
     cuts = [
@@ -47,16 +45,12 @@ def build_mount(plan: MoldPlan) -> tuple[BuiltPart, ...]:
     ]
     trough = z + 0.5, z + 0.5 + TROUGH_MM[0]
     cuts.append(box((-x, floor - TROUGH_MM[1], trough[0]), (x, floor + 1.0, trough[1])))
-    up = cq.Vector(0.0, 1.0, 0.0)
-    inserts = plan.design.mold.mount == "inserts"
+    below, inserts = floor - FLOOR_MM - 1.0, plan.design.mold.mount == "inserts"
     for at, across, wide in flange_holes(plan):
         deep = INSERT_DEEP_MM if inserts else FLOOR_MM + 20.0
-        foot = cq.Vector(at, floor - FLOOR_MM - 1.0, across)
-        cuts.append(cq.Solid.makeCylinder(0.5 * wide, deep + 1.0, foot, up))
+        cuts.append(cylinder(wide, (at, below, across), UP, deep + 1.0))
         if not inserts:  # the screw's head, on the floor
-            head = cq.Vector(at, floor, across)
-            cuts.append(cq.Solid.makeCylinder(0.5 * HEAD_MM + play, 20.0, head, up))
-    foot = cq.Vector(0.0, floor - FLOOR_MM - 1.0, -0.5 * z)
-    cuts.append(cq.Solid.makeCylinder(0.5 * STOP_SCREW_MM, FLOOR_MM + 2.0, foot, up))
+            cuts.append(cylinder(HEAD_MM + 2.0 * play, (at, floor, across), UP, 20.0))
+    cuts.append(cylinder(STOP_SCREW_MM, (0.0, below, -0.5 * z), UP, FLOOR_MM + 2.0))
     solid = one_solid(whole.cut(*cuts).clean(), MOUNT)
     return (BuiltPart(MOUNT, solid, None, INSERT_ORDER, "process"),)

@@ -24,7 +24,7 @@ from OCP.TopTools import TopTools_ListOfShape
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.cad.kernel import box, extruded, flat_face, one_solid, polygon
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import INSERT, OUTER
+from fingerdesign.mold.part import INSERT, OUTER, Point
 from fingerdesign.mold.plan.pieces import (
     ENDS,
     FLANKS,
@@ -157,10 +157,14 @@ def prism_of(corners: Sequence[Array] | Array, vector: Array) -> cq.Solid:
     return extruded(flat_face(polygon(corners)), vector)
 
 
-def slab(side: Side, near: tuple[float, float, float], far: tuple[float, float, float]) -> cq.Solid:
-    """The box between two corners (place along a side, height, distance outward)."""
-    one, other = in_space(side, *near), in_space(side, *far)
+def block(one: Sequence[float] | Array, other: Sequence[float] | Array) -> cq.Solid:
+    """The box between two opposite corners, in any order."""
     return box(np.minimum(one, other).tolist(), np.maximum(one, other).tolist())
+
+
+def slab(side: Side, near: Point, far: Point) -> cq.Solid:
+    """The box between two corners (place along a side, height, distance outward)."""
+    return block(in_space(side, *near), in_space(side, *far))
 
 
 def seam(plan: MoldPlan, plug: Plug, height: float) -> float:

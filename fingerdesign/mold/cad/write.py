@@ -12,13 +12,7 @@ import numpy as np
 from OCP.BRepGProp import BRepGProp
 from OCP.GProp import GProp_GProps
 
-from fingerdesign.arrays import Array, IntArray
-from fingerdesign.cad.export import (
-    Rgba,
-    check_whole_step,
-    write_assembly,
-    write_triangles,
-)
+from fingerdesign.cad.export import Rgba, check_whole_step, write_assembly, write_triangles
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.triangles import merge_vertices, triangulate_measured
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
@@ -36,16 +30,16 @@ ANGLE_RAD = 0.17  # of a chord of a round hole: a wall full of holes keeps its v
 
 
 def meshed(part: BuiltPart, chord_mm: float) -> PartMesh:
-    """A part's triangles within ``chord_mm`` of its solid.
+    """A part's triangles within ``chord_mm`` of its solid; vertices are distinct as STL has them.
 
     GeometryError where the kernel yields none or does not keep the chord.
     """
-    vertices, triangles, chord = _triangles(part.solid, chord_mm)
+    vertices, triangles, chord = triangulate_measured([part.solid], chord_mm, ANGLE_RAD)
+    single = merge_vertices(vertices.astype(np.float32).astype(np.float64), triangles)
     volume = blank = part_volume(part.solid)
     if part.blank is not None and part.blank is not part.solid:
         blank = part_volume(part.blank)
-    found = part.name, vertices, triangles, part.draw, part.order, part.made, volume, chord
-    return PartMesh(*found, blank)
+    return PartMesh(part.name, *single, part.draw, part.order, part.made, volume, chord, blank)
 
 
 def part_volume(solid: cq.Shape) -> float:
@@ -93,13 +87,6 @@ def _rgba(name: str) -> Rgba:
     colour = colour_of(name)
     red, green, blue = (int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
     return red, green, blue, 0.45 if name == RUBBER else 1.0
-
-
-def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float]:
-    """Vertices in single precision, distinct there, triangles, and the greatest chord, mm."""
-    vertices, triangles, chord = triangulate_measured([solid], chord_mm, ANGLE_RAD)
-    rounded = vertices.astype(np.float32).astype(np.float64)
-    return *merge_vertices(rounded, triangles), chord
 
 
 def build_and_write(plan: MoldPlan, folder: Path) -> MoldMeshes:
