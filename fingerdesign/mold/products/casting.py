@@ -1,8 +1,10 @@
 """A casting: the facts of a built mold that notes, bill, files and record share, and its rubber."""
 
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
@@ -20,39 +22,13 @@ from fingerdesign.mold.products.three_mf import Posed, laid_out
 from fingerdesign.mold.profile import cell_plates
 from fingerdesign.records.base import Size, closed
 
+TEMPLATES = Path(__file__).parents[1] / "templates"
 _ELASTOMERS = ("dragon_skin_20", "dragon_skin_30", "sylgard_184")
 _LIKE = 1.25  # ratio of moduli: batches of one silicone differ as much
-_ROOM = "at room temperature"
-# Densities are typical of makers' data sheets of the cured rubber; fillers change them by some %.
-DENSITIES_G_CM3: Mapping[str, float] = MappingProxyType(
-    {
-        "silicone": 1.1,
-        "dragon_skin_20": 1.08,
-        "dragon_skin_30": 1.08,
-        "sylgard_184": 1.03,
-        "polyurethane_60a": 1.04,
-    }
-)
+# Densities and mixing ratios by the material's name, then mixing as is usual of a cure.
+_RUBBERS = tomllib.loads((TEMPLATES / "rubbers.toml").read_text(encoding="utf-8"))
+DENSITIES_G_CM3: Mapping[str, float] = MappingProxyType(_RUBBERS["density_g_cm3"])
 _ANY_SILICONE_G_CM3 = 1.1
-# Parts A and B by mass, pot life, cure, source: typical figures of the makers' data sheets at about
-# 23 degrees C, by the material's name; then what is usual of a cure.
-_Figures = tuple[float, float, str, str, str]
-MIXINGS: Mapping[str, _Figures] = MappingProxyType(
-    {
-        "dragon_skin_20": (1, 1, "25 min", f"4 h {_ROOM}", "Smooth-On"),
-        "dragon_skin_30": (1, 1, "45 min", f"16 h {_ROOM}", "Smooth-On"),
-        "sylgard_184": (10, 1, "1.5 h", f"48 h {_ROOM}, or 4 h at 60 degrees C", "Dow"),
-    }
-)
-_PLATINUM, _TIN = "usual of platinum silicones", "usual of tin silicones"
-_POLYURETHANE = "usual of casting polyurethanes"
-USUAL_MIXINGS: Mapping[str, _Figures] = MappingProxyType(
-    {
-        "platinum": (1, 1, "20 to 60 min", f"4 to 24 h {_ROOM}", _PLATINUM),
-        "condensation": (100, 5, "30 to 90 min", f"24 h {_ROOM}, in moist air", _TIN),
-        "polyurethane": (1, 1, "10 to 20 min", f"16 to 24 h {_ROOM}", _POLYURETHANE),
-    }
-)
 
 
 @dataclass(frozen=True)
@@ -135,15 +111,15 @@ def mixing_of(material: str, cure: str) -> Mixing:
     """Find how a material is mixed, or what is usual of its cure: the notes then ask to compare it
     with the data sheet."""
     usual = "polyurethane" if material.startswith("polyurethane") else cure
-    own = MIXINGS.get(material)
-    return Mixing(*(own or USUAL_MIXINGS[usual]), known=own is not None)
+    own = _RUBBERS["mixing"].get(material)
+    return Mixing(**(own or _RUBBERS["usual"][usual]), known=own is not None)
 
 
 def rubber_words(design: Design) -> str:
     """Describe what to buy for the body: its name, or the hardness that its modulus asks for and a
     silicone of that modulus where one is known."""
     name, modulus = design.body.material, design.material_of("body").youngs_modulus_MPa
-    if name in MIXINGS:
+    if name in _RUBBERS["mixing"]:
         return name.replace("_", " ")
     words = (
         f"{name.replace('_', ' ')} of {modulus:g} MPa, Shore A {gent_shore_a(modulus):.0f} or so"

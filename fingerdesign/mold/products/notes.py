@@ -27,7 +27,7 @@ from fingerdesign.mold.plan.plan import MoldPlan, spacer_height
 from fingerdesign.mold.products.bill import bolts_in_words, comb_made, primer_words, spare_of
 from fingerdesign.mold.products.casting import Casting, density_of
 from fingerdesign.mold.products.drawing import numbers_text
-from fingerdesign.report.page import macros
+from fingerdesign.report.page import macros, texts_of
 
 TEMPLATES = Path(__file__).parents[1] / "templates"
 _STEEP = 0.2  # sine of a plate's angle, from which a pitch parts plates
@@ -39,18 +39,7 @@ Up = Literal["+x", "-x", "+y", "-y", "+z", "-z", "+Y"]  # the last: +y, seen fro
 PLATES = "plates"  # all of them, among the names of a view
 _VIEW = re.compile(r"\[(put|take|move) ([+-][xyzY])(?: ([-.\d]+),([-.\d]+))?: ([\w ]+)\] *")
 Verb = Literal["put", "take", "move"]
-_WORDS = {"trial": "two plates", "one_plate": "a plate", "one_gage": "its gage", "tape": "tape"}
-_WORDS |= {f"clay_{where}": "clay" for where in ("cell", "slots", "windows")}
-_WORDS |= {f"bolts_{axis}": f"bolts along {axis}" for axis in "yz"}
-_WORDS |= {
-    "bands": "elastic bands",
-    "band_base": "an elastic band",
-    "band_packet": "an elastic band",
-    "turned": "the mold",
-    "leg_ends": "legs",
-    "leg_stubs": "legs",
-    "rubber_cell": "rubber",
-}
+_WORDS = texts_of(TEMPLATES / "page.toml")["things"]
 
 
 @dataclass(frozen=True)
