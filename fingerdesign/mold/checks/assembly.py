@@ -51,7 +51,7 @@ def planned(plan: MoldPlan, points: Array, slack_mm: float) -> BoolArray:
     below = points[:, 1] < slack_mm
     open_ = (points[:, 1] > 0.0) & (points[:, 1] < plan.seam + slack_mm) & (plan.seam > 0.0)
     for hole in plan.base_holes:
-        radius = 0.5 * max(hole.diameter, hole.outer_diameter) + slack_mm
+        radius = hole.radius + slack_mm
         open_ |= below & (np.hypot(points[:, 0] - hole.x, points[:, 2] - hole.z) <= radius)
     for side in plan.sides:
         for slot in side.slots:  # NaN compares false

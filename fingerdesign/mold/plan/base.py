@@ -59,7 +59,7 @@ class _Base:
         free = self.room.copy()
         for hole in holes:
             dx, dz = (self.places - [hole.x, hole.z]).T
-            free = np.minimum(free, np.hypot(dx, dz) - _radius(hole) - self.web)
+            free = np.minimum(free, np.hypot(dx, dz) - hole.radius - self.web)
             if hole.pocket:  # the channel of its leads to the front
                 away = np.hypot(dx, np.minimum(dz, 0.0)) - 0.5 * hole.diameter
                 free = np.minimum(free, away - self.web)
@@ -70,13 +70,9 @@ class _Base:
         free = np.ones(len(self.places), dtype=bool)
         for hole in holes:
             dx, dz = ([hole.x, hole.z] - self.places).T
-            away = np.hypot(dx, np.minimum(dz, 0.0)) - _radius(hole)
+            away = np.hypot(dx, np.minimum(dz, 0.0)) - hole.radius
             free &= away >= 0.5 * wide + self.web
         return free
-
-
-def _radius(hole: BaseHole) -> float:
-    return 0.5 * max(hole.diameter, hole.outer_diameter)
 
 
 def base_holes_of(plan: MoldPlan) -> tuple[tuple[BaseHole, ...], list[Refusal]]:
@@ -86,9 +82,6 @@ def base_holes_of(plan: MoldPlan) -> tuple[tuple[BaseHole, ...], list[Refusal]]:
     base, box = _base(plan), core_below(plan)
     vent = max(VENT_MM, limits.hole_mm) if mold.vent_mm is None else mold.vent_mm
     screws = _screws(box)
-    holes, vents = list[BaseHole](), list[BaseHole]()
-    openings: list[BaseHole] | None = None
-    wires: list[BaseHole] | None = None
     for corners in (3, 1):  # on a small base the gate comes before further vents
         vents = _vents(base, vent, limits.hole_mm, corners)
         wires = _wires(plan, base, [*vents, *screws])
@@ -97,17 +90,13 @@ def base_holes_of(plan: MoldPlan) -> tuple[tuple[BaseHole, ...], list[Refusal]]:
         openings = _openings(base, holes, gate, lock, limits.hole_mm)
         if openings is not None and wires is not None:
             break
-    of_core = "core, " if box is not None else ""
+    of_core, found = "core, " if box is not None else "", list[Refusal]()
     numbers = {"limits": limits, "core": of_core}
-    lacking = (
-        (len(vents) < 2, "mold.vent_mm", vent, "two vents"),
-        (openings is None, "mold.gate_mm", mold.gate_mm, "gate and riser"),
-    )
-    found = [
-        Refusal("no_hole", key, value, numbers | {"what": what})
-        for lacks, key, value, what in lacking
-        if lacks
-    ]
+    if len(vents) < 2:
+        found.append(Refusal("no_hole", "mold.vent_mm", vent, {**numbers, "what": "two vents"}))
+    if openings is None:
+        of = {**numbers, "what": "gate and riser"}
+        found.append(Refusal("no_hole", "mold.gate_mm", mold.gate_mm, of))
     if wires is None:
         found.append(_no_leads(plan, f"{of_core}vents and "))
     return (*holes, *(openings or ())), found
@@ -174,16 +163,13 @@ def _openings(
 
     None where there is no room for both gate and riser.
     """
-    best: list[BaseHole] | None = None
-    for share in _SHARES:
-        found = _as_many(base, holes, max(share * gate, least), lock, least)
-        if len(found) < 2:
-            continue
-        if best is None or (len(found), found[1].diameter) > (len(best), best[1].diameter):
-            best = found
+    tried = (_as_many(base, holes, max(share * gate, least), lock, least) for share in _SHARES)
+    possible = []
+    for found in (each for each in tried if len(each) >= 2):
         if len(found) >= 4 and found[1].diameter >= 0.5 * found[0].diameter:
             return found
-    return best
+        possible.append(found)
+    return max(possible, key=lambda each: (len(each), each[1].diameter), default=None)
 
 
 def _as_many(
@@ -312,25 +298,18 @@ def _largest(
         return None
     good = np.flatnonzero(size >= size.max() - 1e-6)
     others = [(hole.x, hole.z) for hole in holes if hole.kind in ("gate", "riser", "lock")]
-    if others:
-        score = np.min([np.linalg.norm(base.places[good] - at, axis=1) for at in others], axis=0)
-    else:
-        score = -np.linalg.norm(base.places[good], axis=1)
+    away = [np.linalg.norm(base.places[good] - at, axis=1) for at in others or [(0.0, 0.0)]]
+    score = np.min(away, axis=0) if others else -away[0]
     return _best(base, kind, good, score, size)
 
 
 def _screws(box: Box | None) -> list[BaseHole]:
     """One or two holes for screws into a core that rests on the base."""
-    if box is None:
-        return []
-    wide, deep = float(box[1][0]), float(box[1][2])
-    for hole, pilot in _SCREWS:
-        if min(wide, deep) < pilot:  # half a diameter of core at each side of the pilot hole
-            continue
+    wide, deep = (0.0, 0.0) if box is None else (float(box[1][0]), float(box[1][2]))
+    # Half a diameter of core is left at each side of the pilot hole.
+    for hole, pilot in (each for each in _SCREWS if min(wide, deep) >= each[1]):
         most = max(wide, deep) - 1.5 * pilot
-        places = [-0.9 * most, 0.9 * most] if 1.8 * most >= hole + 1.0 else [0.0]
-        along = wide >= deep
-        return [
-            BaseHole("screw", p if along else 0.0, 0.0 if along else p, hole, hole) for p in places
-        ]
+        places = (-0.9 * most, 0.9 * most) if 1.8 * most >= hole + 1.0 else (0.0,)
+        at = [(place, 0.0) if wide >= deep else (0.0, place) for place in places]
+        return [BaseHole("screw", x, z, hole, hole) for x, z in at]
     return []

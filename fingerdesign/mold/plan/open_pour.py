@@ -10,26 +10,13 @@ larger than the finger's base: its mount; mm.
 from dataclasses import replace
 
 from fingerdesign.mold.plan.base import open_holes_of
-from fingerdesign.mold.plan.fasteners.columns import (
-    CORNERS,
-    ENDS,
-    FLANKS,
-    Columns,
-    bolt_sizes,
-    columns_of,
-    z_bolt_height,
-)
-from fingerdesign.mold.plan.fasteners.fasteners import (
-    LEAST_PIN,
-    insert_pin,
-    insert_pin_length,
-    most_draft,
-    with_mount,
-)
+from fingerdesign.mold.plan.fasteners import columns as places
+from fingerdesign.mold.plan.fasteners import fasteners
+from fingerdesign.mold.plan.fasteners.columns import CORNERS, ENDS, FLANKS, Columns
 from fingerdesign.mold.plan.fixture.fixture import Fixture
 from fingerdesign.mold.plan.fixture.outer import with_outer_combs
 from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM
-from fingerdesign.mold.plan.pieces import RELIEF_MM, Bolt, Lug, Pin, SidePlan, frame_name
+from fingerdesign.mold.plan.pieces import RELIEF_MM, Bolt, Lug, Pin, SidePlan
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import Refusal
 
@@ -62,7 +49,7 @@ def open_plan(fixture: Fixture, outline: MoldPlan) -> MoldPlan | Refusal | str:
         numbers = {"limits": limits, "least": columns.wall_z}
         return Refusal("thin_frames", "mold.wall_mm", given, numbers)
     wall_z = _wall(given, columns.wall_z, max(side.sheet for side in plan.sides))
-    plan = with_mount(replace(plan, wall_x=columns.wall_x, wall_z=wall_z))
+    plan = fasteners.with_mount(replace(plan, wall_x=columns.wall_x, wall_z=wall_z))
     plan = _with_lugs(_fastened(plan, columns))
     plan = with_outer_combs(fixture, plan, columns.x1 + 0.5 * columns.hole)
     proud = max((side.sheet for side in plan.sides if side.outer), default=0.0)
@@ -105,10 +92,10 @@ def _wall(given: float | None, least: float, sheets: float) -> float:
 def _columns(plan: MoldPlan) -> Columns | None:
     """Place the columns of an open mold: bolts nearest to the finger, then pins; None where no bolt
     fits. Bolts that leave room for a seam go before larger ones that do not."""
-    tried = [_widened(plan, columns_of(plan, size, True)) for size in bolt_sizes(plan)]
+    tried = [_widened(plan, each) for each in places.columns_by_size(plan, True)]
     floors = (plan.limits.seam_mm, 0.0) if plan.legs else (0.0,)
-    fits = (c for floor in floors for c in tried if z_bolt_height(plan, c, floor) is not None)
-    return next(fits, None)
+    every = ((columns, floor) for floor in floors for columns in tried)
+    return next((c for c, floor in every if places.z_bolt_height(plan, c, floor) is not None), None)
 
 
 def _widened(plan: MoldPlan, columns: Columns) -> Columns:
@@ -133,11 +120,11 @@ def _widened(plan: MoldPlan, columns: Columns) -> Columns:
 
 def _too_small(plan: MoldPlan, columns: Columns) -> str:
     """Say why an open mold has no room for pins; "": it has."""
-    if plan.rim - columns.gap - columns.clearance < LEAST_PIN * columns.big:
+    if plan.rim - columns.gap - columns.clearance < fasteners.LEAST_PIN * columns.big:
         return f"its walls, {plan.rim:.3g} mm high, hold no pins"
     if not columns.limits.dowels:
-        long = insert_pin_length(plan, columns, columns.small, plan.rim)
-        most = most_draft(columns.small, max(long, 1e-3), columns.limits.feature_mm)
+        long = fasteners.insert_pin_length(plan, columns, columns.small, plan.rim)
+        most = fasteners.most_draft(columns.small, max(long, 1e-3), columns.limits.feature_mm)
         if columns.draft_deg > most:
             return f"mold.draft_deg above {most:.3g} leaves its pins no tips"
     return ""
@@ -145,8 +132,8 @@ def _too_small(plan: MoldPlan, columns: Columns) -> str:
 
 def _fastened(plan: MoldPlan, columns: Columns) -> MoldPlan:
     """Add two bolts and four pins, of which one is small."""
-    height = z_bolt_height(plan, columns, columns.limits.seam_mm)
-    height = z_bolt_height(plan, columns) if height is None else height
+    height = places.z_bolt_height(plan, columns, columns.limits.seam_mm)
+    height = places.z_bolt_height(plan, columns) if height is None else height
     assert height is not None
     reach, of = plan.reach_z, (columns.size, columns.hole)
     bolts = [Bolt("z", sign * columns.x1, height, -reach, reach, *of) for _, sign in FLANKS]
@@ -154,7 +141,7 @@ def _fastened(plan: MoldPlan, columns: Columns) -> MoldPlan:
     for (side, way), (_, sign) in CORNERS:
         small = way > 0.0 and sign > 0.0
         x, z = sign * columns.x3, way * columns.deep
-        pins.append(insert_pin(plan, columns, (x, z), small, frame_name(side)))
+        pins.append(fasteners.insert_pin(plan, columns, (x, z), small, plan.by_side[side].wall))
     return replace(plan, bolts=tuple(bolts), pins=tuple(pins))
 
 
@@ -165,10 +152,11 @@ def _with_lugs(plan: MoldPlan) -> MoldPlan:
     near, long = limits.clearance_mm, max(min(_LUG_LONG_MM, x, 0.5 * z), limits.wall_mm)
     lugs = []
     for side, way in ENDS:
+        frame = plan.by_side[side].wall
         for _, sign in FLANKS:
             left, right = sorted((sign * (x + near), sign * (x + near + thick)))
             low, far = sorted((way * (z - long), way * z))
-            lugs.append(Lug((left, -high, low), (right, 0.0, far), frame_name(side)))
+            lugs.append(Lug((left, -high, low), (right, 0.0, far), frame))
         low, far = sorted((way * (z + near), way * (z + near + thick)))
-        lugs.append(Lug((-0.5 * long, -high, low), (0.5 * long, 0.0, far), frame_name(side)))
+        lugs.append(Lug((-0.5 * long, -high, low), (0.5 * long, 0.0, far), frame))
     return replace(plan, lugs=tuple(lugs))

@@ -39,15 +39,6 @@ def wall_name(side: Side) -> str:
     return f"{'end' if side.endswith('z') else 'side'}_wall_{WORDS[side]}"
 
 
-def frame_name(side: Side) -> str:
-    """The half frame of an open mold on one end: frame_front (+z), frame_back (-z).
-
-    >>> frame_name("-z")
-    'frame_back'
-    """
-    return f"frame_{WORDS[side]}"
-
-
 def direction(side: Side) -> Array:
     """The outward unit normal (3,) of a side."""
     return in_space(side, 0.0, 0.0, 1.0)
@@ -177,8 +168,8 @@ class SidePlan:
 
     @property
     def wall(self) -> str:
-        """The name of the wall, or of the half frame, that closes the side."""
-        return frame_name(self.side) if self.framed else wall_name(self.side)
+        """The name of the wall, or of the half frame (frame_front, frame_back), of the side."""
+        return f"frame_{WORDS[self.side]}" if self.framed else wall_name(self.side)
 
     @property
     def comb(self) -> str | None:
@@ -270,6 +261,11 @@ class BaseHole:
     diameter: float
     outer_diameter: float
     pocket: float = 0.0
+
+    @property
+    def radius(self) -> float:
+        """Radius of its wider end."""
+        return 0.5 * max(self.diameter, self.outer_diameter)
 
 
 @dataclass(frozen=True)

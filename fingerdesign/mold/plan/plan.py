@@ -120,9 +120,7 @@ class MoldPlan(Extent):
         """Depth, y low and y high, mm, of the grooves along z in the base plate's flanks, by which
         a hand holds the finger: outside of it, with a wall all round; None without room."""
         wall = self.limits.wall_mm + SPARE_MM
-        ends = (h.x for h in self.base_holes)
-        radii = (0.5 * max(h.diameter, h.outer_diameter) for h in self.base_holes)
-        far = max((abs(x) + r for x, r in zip(ends, radii, strict=True)), default=0.0)
+        far = max((abs(hole.x) + hole.radius for hole in self.base_holes), default=0.0)
         ledge = self.mount_x - self.half_width - SPARE_MM
         depth = min(GROOVE_MM[0], ledge, self.mount_x - far - wall)
         high = min(GROOVE_MM[1], self.base - 2.0 * wall)
@@ -203,8 +201,8 @@ class MoldPlan(Extent):
     @cached_property
     def tips(self) -> dict[Side, float]:
         """Reach of the farthest leg on each side that has any."""
-        sides = {leg.side for leg in self.legs}
-        return {side: max(leg.tip for leg in self.legs if leg.side == side) for side in sides}
+        legs = sorted(self.legs, key=lambda leg: leg.tip)
+        return {leg.side: leg.tip for leg in legs}
 
     @cached_property
     def legs_by_plate(self) -> dict[int, tuple[Leg, ...]]:
@@ -216,11 +214,8 @@ class MoldPlan(Extent):
     def leg_slots(self) -> tuple[tuple[SidePlan, Slot, float], ...]:
         """Every slot with its side, and the width of the leg in it."""
         widths = {(leg.plate, leg.side): leg.width for leg in self.legs}
-        return tuple(
-            (side, slot, widths[slot.plate, side.side])
-            for side in self.sides
-            for slot in side.slots
-        )
+        slots = ((side, slot) for side in self.sides for slot in side.slots)
+        return tuple((side, slot, widths[slot.plate, side.side]) for side, slot in slots)
 
     @cached_property
     def held_at(self) -> dict[int, list[Side]]:

@@ -145,18 +145,17 @@ def _larger(body: Body, key: str) -> list[Values]:
 
 def _placed(design: Design, refusal: Refusal) -> Refusal:
     """Add the remedy of plates too close or too high: a pitch, a cover, another fixture."""
-    finders = {"high_legs": ("plate", _higher), "no_web": ("two", _apart)}
-    if refusal.kind not in finders:
+    plates = {"high_legs": "plate", "no_web": "two"}
+    if refusal.kind not in plates:
         return refusal
-    name, find = finders[refusal.kind]
-    plate = refusal.numbers[name]
+    plate = refusal.numbers[plates[refusal.kind]]
     row = next(r for r in plate_rows(design) if plate in (f.index for f in r.frames))
-    return replace(refusal, remedy=" or ".join(find(design, row, refusal)))
-
-
-def _higher(design: Design, row: PlateRow, refusal: Refusal) -> list[str]:
-    cover = row.table.cover_mm
-    return [] if row.placed else _raised(design, refusal, cover, cover + row.frames[0].y, high_legs)
+    cover, found = row.table.cover_mm, list[str]()
+    if refusal.kind == "no_web":
+        found = _apart(design, row, refusal)
+    elif not row.placed:
+        found = _raised(design, refusal, cover, cover + row.frames[0].y, high_legs)
+    return replace(refusal, remedy=" or ".join(found))
 
 
 def _raised(design: Design, refusal: Refusal, low: float, high: float, refuse: Refuse) -> list[str]:

@@ -80,16 +80,16 @@ class Columns:
         return self.hole + 2.0 * self.gap
 
 
-def bolt_sizes(plan: MoldPlan) -> tuple[str, ...]:
-    """Sizes of bolts that may be taken, the preferred first."""
+def columns_by_size(plan: MoldPlan, wide: bool) -> list[Columns]:
+    """The columns for each size of bolts that may be taken, the preferred first."""
     bolt = plan.design.mold.bolt
-    return AUTO_BOLTS if bolt == "auto" else (bolt,)
+    return [columns_of(plan, size, wide) for size in (AUTO_BOLTS if bolt == "auto" else (bolt,))]
 
 
 def columns_of(plan: MoldPlan, size: str, wide: bool) -> Columns:
     """Place the columns for bolts of a size; ``wide``: the insert has pins in the side walls, which
     reach as far as the end walls."""
-    bar, limits = plan.plug_widths.get("x") is not None, plan.limits
+    bar, limits = "x" in plan.plug_widths, plan.limits
     sheets, side_sheets = (
         max(planned.sheet for planned in plan.sides if planned.side.endswith(axis)) for axis in "zx"
     )
@@ -126,26 +126,22 @@ def clear(places: Array, room: float, low: Array, high: Array) -> BoolArray:
     return np.asarray(away.all(axis=1))
 
 
-def _obstacles(plan: MoldPlan, side: Side) -> Array:
-    """Rectangles (n, 4), as of ``openings_of``, where one side's wall has no material or must keep
-    it, seen along its draw: windows, slots and core pins."""
-    pins = [
-        [
-            place + way * (0.5 * pin.diameter + pin.clearance)
-            for place in (pin.place, pin.y)
-            for way in (-1.0, 1.0)
-        ]
-        for pin in plan.core_pins
-        if pin.side == side
-    ]
-    return np.concatenate([plan.by_side[side].openings, np.array(pins).reshape(-1, 4)])
+def _obstacles(plan: MoldPlan, *sides: Side) -> Array:
+    """Rectangles (n, 4), as of ``SidePlan.openings``, where walls have no material or must keep it,
+    seen along their draw: windows, slots and core pins."""
+    openings = [plan.by_side[side].openings for side in sides]
+    for pin in plan.core_pins:
+        if pin.side in sides:
+            room = 0.5 * pin.diameter + pin.clearance
+            near = [pin.place - room, pin.place + room, pin.y - room, pin.y + room]
+            openings.append(np.array([near]))
+    return np.concatenate(openings)
 
 
 def z_bolt_height(plan: MoldPlan, columns: Columns, floor: float = 0.0) -> float | None:
     """Find the height at which bolts along z pass through both side walls, which begin at a height
     of ``floor``; None where none fits."""
-    every = np.concatenate([_obstacles(plan, side) for side, _ in FLANKS])
-    return _free_height(plan.rim, columns.radius + columns.gap, every, floor)
+    return _free_height(plan.rim, columns.radius + columns.gap, _obstacles(plan, "+x", "-x"), floor)
 
 
 def _free_height(rim: float, room: float, taken: Array, floor: float = 0.0) -> float | None:
@@ -161,7 +157,7 @@ def pin_height(plan: MoldPlan, columns: Columns, small: bool = True) -> float | 
     none fits."""
     diameter = columns.small if small else columns.big
     near = plan.corner - columns.gap - (columns.reach if columns.limits.dowels else 0.0)
-    every = np.concatenate([_obstacles(plan, side) for side, _ in FLANKS])
+    every = _obstacles(plan, "+x", "-x")
     every = every[(every[:, 1] > near) | (every[:, 0] < -near)]
     return _free_height(plan.rim, 0.5 * diameter + columns.clearance + columns.gap, every)
 
@@ -205,9 +201,8 @@ def _pin_place(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> flo
 
 def _reaches(plan: MoldPlan, side: Side) -> tuple[float, float]:
     """Half-width of the insert, infinite unless narrowed, and of the wall, along a side's wall."""
-    plug = plan.plug_widths.get("x" if side.endswith("z") else "z")
-    wall = plan.corner if side.endswith("x") else plan.half_width
-    return np.inf if plug is None else plug, wall
+    axis, wall = ("z", plan.corner) if side.endswith("x") else ("x", plan.half_width)
+    return plan.plug_widths.get(axis, math.inf), wall
 
 
 def _insert_bolts(plan: MoldPlan, columns: Columns, low: bool) -> list[tuple[Side, float, float]]:
@@ -217,11 +212,11 @@ def _insert_bolts(plan: MoldPlan, columns: Columns, low: bool) -> list[tuple[Sid
     insert ends short of the end walls; through the end walls where it ends short of the side walls.
     """
     found: list[tuple[Side, float, float]] = []
-    if plan.plug_widths.get("x") is not None:
+    if "x" in plan.plug_widths:
         for end, way in ENDS:
             x = _bolt_place(plan, columns, end, columns.bar_bolt)
             found.append((end, x, way * columns.bar_bolt))
-    if low or plan.plug_widths.get("z") is not None:
+    if low or "z" in plan.plug_widths:
         for flank, sign in FLANKS:
             z = _bolt_place(plan, columns, flank, columns.x2)
             found.append((flank, sign * columns.x2, z))
@@ -236,12 +231,12 @@ def _insert_pins(
     Next to windows they are all small where the big ones have no room.
     """
     found: list[tuple[Side, float, float, bool]] = []
-    if plan.plug_widths.get("x") is not None:
+    if "x" in plan.plug_widths:
         for end, way in ENDS:
             x, small = _small_or_big(plan, columns, end, end == "+z")
             found.append((end, x, way * columns.bar_pin, small))
         return found
-    narrow = plan.plug_widths.get("z") is not None
+    narrow = "z" in plan.plug_widths
     for (end, way), (flank, sign) in CORNERS if not narrow else ():
         found.append((end, sign * columns.x3, way * columns.deep, (end, flank) == ONE))
     if narrow or low:
@@ -260,10 +255,10 @@ def _small_or_big(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> 
 def _closed_columns(plan: MoldPlan) -> Columns:
     """Place the columns of a closed mold, for the given bolts or for the largest of AUTO_BOLTS that
     fit along z."""
-    plugged = plan.plug_widths.get("z") is not None
-    tried = [columns_of(plan, size, plugged) for size in bolt_sizes(plan)]
+    plugged = "z" in plan.plug_widths
+    tried = columns_by_size(plan, plugged)
     columns = next((c for c in tried if z_bolt_height(plan, c) is not None), tried[-1])
-    low = pin_height(plan, columns) is None and plan.plug_widths.get("x") is None
+    low = pin_height(plan, columns) is None and "x" not in plan.plug_widths
     return columns_of(plan, columns.size, plugged or low)
 
 

@@ -26,7 +26,8 @@ def core_pins_of(plan: MoldPlan) -> tuple[tuple[CorePin, ...], list[Refusal]]:
         return (), []
     low, high = box
     for axis, diameter in product((ENDS, FLANKS), DIAMETERS_MM):
-        clearance = _clearance(diameter, limits)
+        # The wall's hole is at least what the process makes.
+        clearance = max(limits.clearance_mm, 0.5 * (limits.hole_mm - diameter))
         y = _height(float(low[1]), float(high[1]), diameter, clearance, limits)
         half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
         hole, sides = diameter + 2.0 * clearance, [plan.by_side[side] for side in axis]
@@ -43,11 +44,6 @@ def core_pins_of(plan: MoldPlan) -> tuple[tuple[CorePin, ...], list[Refusal]]:
         numbers = {"least": least, "pin": DIAMETERS_MM[-1], "web": _WEB_MM}
         return (), [Refusal("thin_core", "body.core.height_mm", core.height_mm, numbers)]
     return (), [Refusal("core_not_reached", "body.core.bottom_mm", core.bottom_mm, {})]
-
-
-def _clearance(diameter: float, limits: Limits) -> float:
-    """Clearance all round in the wall, whose hole is at least what the process makes."""
-    return max(limits.clearance_mm, 0.5 * (limits.hole_mm - diameter))
 
 
 def _height(

@@ -18,7 +18,7 @@ from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.fasteners.columns import CORNERS, FLANKS, LEDGE_MM, ONE, Columns, Fit
 from fingerdesign.mold.plan.limits import SLENDER, SPARE_MM
-from fingerdesign.mold.plan.pieces import Bolt, Pin, wall_name
+from fingerdesign.mold.plan.pieces import Bolt, Pin
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.refusals import Refusal
 
@@ -59,13 +59,13 @@ def fastened(plan: MoldPlan, fit: Fit) -> MoldPlan:
     for (end, way), (flank, sign) in CORNERS if middle is not None else ():
         small = fit.both is None or (end, flank) == ONE
         root = (sign * columns.x2, middle or 0.0, way * plan.corner)
-        on, into = wall_name(flank), wall_name(end)
+        on, into = plan.by_side[flank].wall, plan.by_side[end].wall
         pins.append(_pin(columns, root, (0.0, 0.0, way), small, columns.reach, on, into))
     upright = [(sign * columns.x2, way * columns.deep) for (_, way), (_, sign) in CORNERS]
     upright += [(x, z) for _, x, z in fit.bolts]
     bolts += [Bolt("y", x, z, -plan.base - lip, plan.top, *of) for x, z in upright]
     for side, x, z, small in fit.pins:
-        pins.append(insert_pin(plan, columns, (x, z), small, wall_name(side)))
+        pins.append(insert_pin(plan, columns, (x, z), small, plan.by_side[side].wall))
     return replace(plan, bolts=tuple(bolts), pins=tuple(pins))
 
 
