@@ -1,6 +1,7 @@
 """Drawing of a mold's pictures, off-screen, in a process of its own."""
 
 import io
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.mold.part import PartMesh, Point
+from fingerdesign.mold.part import PartMesh, Point, point
 from fingerdesign.mold.products.notes import Up
 
 SIZE, STEP_SIZE = (1200, 940), (560, 420)
@@ -36,16 +37,6 @@ class Shown:
     def points(self) -> Array:
         """Its vertices where it is drawn."""
         return np.asarray(self.mesh.vertices + np.array(self.move))
-
-
-def plotter_of(size: tuple[int, int]) -> Any:
-    """An off-screen plotter in which what is translucent is drawn in its order."""
-    import pyvista
-
-    plotter = pyvista.Plotter(off_screen=True, window_size=size)
-    plotter.enable_anti_aliasing("ssaa")
-    plotter.enable_depth_peeling(6)
-    return plotter
 
 
 def camera_axes(toward: Sequence[float], up: Up = "+y") -> Array:
@@ -121,17 +112,18 @@ def _drawn(
 ) -> bytes:
     import pyvista
 
-    plotter = plotter_of(size)
+    plotter = pyvista.Plotter(off_screen=True, window_size=size)
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_depth_peeling(6)  # what is translucent is drawn in its order
     ends, pairs, count = [np.zeros((0, 3))], [np.zeros((0, 2), dtype=int)], 0
     for thing in things:
         solid, points, own = _shape_of(thing.mesh, shapes)
-        look = {"color": thing.colour, "opacity": thing.opacity}
+        move, look = np.array(thing.move), {"color": thing.colour, "opacity": thing.opacity}
         actor = plotter.add_mesh(solid, **look, smooth_shading=False, ambient=0.22)
         actor.position = thing.move
-        ends.append(points + np.array(thing.move))
+        ends.append(points + move)
         pairs.append(own + count)
         count += len(points)
-        move = np.array(thing.move)
         if np.linalg.norm(move) > 0.0:  # from its place to where it is drawn
             middle = 0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0))
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
@@ -153,13 +145,10 @@ def _drawn(
 def arrows_of(things: Sequence[Shown], axes: Array) -> list[tuple[Array, Array]]:
     """Start and way (3,) of an arrow next to what is moved, to the right of it as it is seen: one a
     direction, none where nothing goes anywhere."""
-    moved: dict[tuple[float, ...], list[Shown]] = {}
+    moved, found = defaultdict[Point, list[Shown]](list), []
     for each in things:
         if (size := float(np.linalg.norm(each.way))) > 0.0:
-            moved.setdefault(tuple(np.round(np.array(each.way) / size, 6).tolist()), []).append(
-                each
-            )
-    found = []
+            moved[point(np.round(np.array(each.way) / size, 6))].append(each)
     for alike in moved.values():
         points = np.vstack([each.points for each in alike])
         middle, way = 0.5 * (points.min(axis=0) + points.max(axis=0)), np.array(alike[0].way)

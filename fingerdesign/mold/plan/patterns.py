@@ -63,26 +63,23 @@ def flat_patterns(plan: MoldPlan) -> tuple[FlatPattern, ...]:
     kinds: dict[tuple[object, ...], list[PlateFrame]] = {}
     for frame in plan.frames:
         kinds.setdefault(_kind(frame, plan.legs_by_plate.get(frame.index, ())), []).append(frame)
-    found = []
     letters = ("".join(each) for k in count(1) for each in product(ascii_uppercase, repeat=k))
-    for name, alike in zip(letters, kinds.values(), strict=False):
-        first = alike[0]
-        found.append(
-            FlatPattern(
-                f"plate_{name}",
-                tuple(frame.index for frame in alike),
-                outline_of(first, plan.legs_by_plate.get(first.index, ())),
-                tuple((hole.s, hole.w - first.middle, hole.radius) for hole in first.holes),
-                faces,
-                gage,
-                first.bend_radius,
-                first.thickness,
-                plan.design.plates.material,
-                # Seen from above, s and w turn anticlockwise for plates along z only.
-                "lower" if first.along == "x" else "upper",
-            )
+    return tuple(
+        FlatPattern(
+            f"plate_{name}",
+            tuple(frame.index for frame in (first, *others)),
+            outline_of(first, plan.legs_by_plate.get(first.index, ())),
+            tuple((hole.s, hole.w - first.middle, hole.radius) for hole in first.holes),
+            faces,
+            gage,
+            first.bend_radius,
+            first.thickness,
+            plan.design.plates.material,
+            # Seen from above, s and w turn anticlockwise for plates along z only.
+            "lower" if first.along == "x" else "upper",
         )
-    return tuple(found)
+        for name, (first, *others) in zip(letters, kinds.values(), strict=False)
+    )
 
 
 def outline_of(frame: PlateFrame, legs: tuple[Leg, ...]) -> Array:

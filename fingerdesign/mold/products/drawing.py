@@ -4,6 +4,7 @@ Layers of the drawings are CUT, HOLES, GAGES, BEND and TEXT; ezdxf loads when a 
 Lengths in mm.
 """
 
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -97,10 +98,9 @@ def _draw(space: Any, sheet: Sheet, shift: Array) -> None:
         space.add_circle(centre, radius, dxfattribs={"layer": "HOLES"})
     for start, end in sheet.bends:
         space.add_line((start + shift).tolist(), (end + shift).tolist(), {"layer": "BEND"})
-    height = _text_height(sheet)
-    low = sheet.outline.min(axis=0) + shift
+    height, (left, low) = _text_height(sheet), (sheet.outline.min(axis=0) + shift).tolist()
     for number, line in enumerate(sheet.text, start=1):
-        place = (float(low[0]), float(low[1]) - LINE * height * number)
+        place = (left, low - LINE * height * number)
         space.add_text(line, height=height, dxfattribs={"layer": "TEXT"}).set_placement(place)
 
 
@@ -166,29 +166,22 @@ def write_drawings(casting: Casting, folder: Path) -> None:
     patterns, meshes = casting.patterns, casting.meshes
     if patterns:
         write_dxf([plate_sheet(pattern) for pattern in patterns], folder / PLATES_FILE)
-    nested: dict[str, list[Sheet]] = {}
+    nested, trial = defaultdict[str, list[Sheet]](list), {frame.index for frame in casting.trial}
     for pattern in patterns:
-        more = len({frame.index for frame in casting.trial}.intersection(pattern.plates))
-        sheet, name = plate_sheet(pattern), f"{pattern.material}_{pattern.thickness:g}mm"
-        alike = replace(sheet, text=(pattern.name,))
-        nested.setdefault(name, []).extend([alike] * (pattern.count + more))
+        alike = replace(plate_sheet(pattern), text=(pattern.name,))
+        count = pattern.count + len(trial.intersection(pattern.plates))
+        nested[f"{pattern.material}_{pattern.thickness:g}mm"] += [alike] * count
     for comb in (*meshes.parts, *meshes.coupon):
-        if (side := _sheet_side(comb)) is not None:
+        if comb.made == "sheet" and comb.draw:
+            side = next(each for each in SIDES if axis_name(comb.draw) == each)
             sheet = comb_sheet(comb, side)
             write_dxf([sheet], folder / f"{comb.name}.dxf")
             name = f"combs_{np.ptp(comb.vertices @ direction(side)):.3g}mm"
-            nested.setdefault(name, []).append(replace(sheet, text=(comb.name,)))
+            nested[name].append(replace(sheet, text=(comb.name,)))
     for name, sheets in nested.items():
         write_dxf(sheets, folder / f"nested_{name}.dxf")
     if casting.plan.groove is not None:
         write_dxf(mount_sheets(casting.plan), folder / MOUNT_FILE)
-
-
-def _sheet_side(part: PartMesh) -> Side | None:
-    """The side that a part of sheet is drawn to; None for other parts."""
-    if part.made != "sheet" or not part.draw:
-        return None
-    return next((each for each in SIDES if axis_name(part.draw) == each), None)
 
 
 def mount_sheets(plan: MoldPlan) -> list[Sheet]:
@@ -204,28 +197,27 @@ def mount_sheets(plan: MoldPlan) -> list[Sheet]:
     back = np.array([[-x, -z], [x, -z], [x, z], [-x, z]])
     kind = {"inserts": "two heat-set inserts M3", "iso9409": "ISO 9409-1-50-4-M6, disc of 63"}
     circles = tuple((x, z, 0.5 * wide) for x, z, wide in flange_holes(plan))
-    text = ("receiver's back, x to the right, z up", kind[plan.design.mold.mount])
+    text = (
+        *("receiver's back, x to the right, z up", kind[plan.design.mold.mount]),
+        "the small hole is tapped M3",
+    )
     screw = (0.0, -0.5 * plan.mount_z, 0.5 * STOP_SCREW_MM)
-    return [
-        Sheet("base_plate", rail_profile(plan), text=rail),
-        Sheet(
-            "mount", back, circles=(*circles, screw), text=(*text, "the small hole is tapped M3")
-        ),
-    ]
+    profile = Sheet("base_plate", rail_profile(plan), text=rail)
+    return [profile, Sheet("mount", back, circles=(*circles, screw), text=text)]
 
 
 def plate_sheet(pattern: FlatPattern) -> Sheet:
     """A plate as cut: its legs, its holes, its gages' places, and where it is bent."""
-    low, high = pattern.outline.min(axis=0), pattern.outline.max(axis=0)
+    material = pattern.material.replace("_", " ")
     text = [
-        f"{pattern.name}: {pattern.count} of {pattern.thickness:g} mm "
-        f"{pattern.material.replace('_', ' ')}",
+        f"{pattern.name}: {pattern.count} of {pattern.thickness:g} mm {material}",
         f"plates {numbers_text(pattern.plates)}, {pattern.seen} face shown",
         f"gages on {' and '.join(pattern.faces)} face",
     ]
     bends: tuple[Array, ...] = ()
     if pattern.bend_radius is not None:
-        bends = (np.array([[0.0, low[1]], [0.0, high[1]]]),)
+        _, w = pattern.outline.T
+        bends = (np.array([[0.0, w.min()], [0.0, w.max()]]),)
         text.append(f"bend the whole width to R {pattern.bend_radius:.3f} of the middle")
     return Sheet(
         pattern.name,

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import PartMesh
+from fingerdesign.mold.part import PartMesh, Point, point
 from fingerdesign.mold.solids import areas
 
 GAP_MM = 5.0  # between parts on one bed, and sheets of one drawing
@@ -40,13 +40,12 @@ class Posed:
     triangles: IntArray
     place: tuple[float, float]
     flat_area: float
-    down: tuple[float, float, float]
+    down: Point
 
     @property
-    def size(self) -> tuple[float, float, float]:
+    def size(self) -> Point:
         """Extent along x, y, z of the bed."""
-        x, y, z = np.ptp(self.vertices, axis=0).tolist()
-        return x, y, z
+        return point(np.ptp(self.vertices, axis=0))
 
 
 def laid_out(parts: tuple[PartMesh, ...]) -> tuple[Posed, ...]:
@@ -93,18 +92,14 @@ def flat_faces(part: PartMesh) -> list[tuple[float, Array]]:
 
 
 def _posed(part: PartMesh) -> Posed:
-    faces = flat_faces(part)
     outward = np.array(part.draw if part.draw is not None else (0.0, -1.0, 0.0))
-    if faces:
-        area, down = max(faces, key=lambda f: f[0] * (OUTSIDE if f[1] @ outward > 0.999 else 1.0))
-    else:  # no flat face: as it lies in the mold
-        area, down = 0.0, np.array([0.0, -1.0, 0.0])
+    faces = flat_faces(part) or [(0.0, np.array([0.0, -1.0, 0.0]))]  # none: as it lies in the mold
+    area, down = max(faces, key=lambda f: f[0] * (OUTSIDE if f[1] @ outward > 0.999 else 1.0))
     turned = Rotation.align_vectors([0.0, 0.0, -1.0], down)[0].apply(part.vertices)
     if np.ptp(turned[:, 1]) > np.ptp(turned[:, 0]):
         turned = turned[:, [1, 0, 2]] * np.array([-1.0, 1.0, 1.0])
     turned = turned - turned.min(axis=0)
-    x, y, z = down.tolist()
-    return Posed(part.name, turned, part.triangles, (0.0, 0.0), area, (x, y, z))
+    return Posed(part.name, turned, part.triangles, (0.0, 0.0), area, point(down))
 
 
 def write_3mf(posed: Sequence[Posed], path: Path, title: str) -> None:
