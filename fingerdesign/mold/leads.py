@@ -109,10 +109,9 @@ def _measured(design: Design, leads: Leads, type_: GageType | None) -> Effect:
         "fixes": [],
     }
     if worst > MOST:
-        for lines, other in _others(design, type_):
-            left = float(change(other)[0].max())
-            if left <= MOST:
-                found["fixes"].append({"lines": lines, "reading_error": left})
+        tried = ((lines, float(change(own)[0].max())) for lines, own in _others(design, type_))
+        fixes = ({"lines": lines, "reading_error": left} for lines, left in tried if left <= MOST)
+        found["fixes"] = list(fixes)
     times = f"{_sizes(design, leads)['over_plate']:.2g} times"
     reading, force = (f"{two_digits(100.0 * each)} %" for each in (worst, forces))
     sentence = (
@@ -125,6 +124,8 @@ def _measured(design: Design, leads: Leads, type_: GageType | None) -> Effect:
 def _others(design: Design, type_: GageType | None) -> list[tuple[list[str], Leads]]:
     """Other leads that may do, each with its lines for the design: traces on the leg where the
     plate or its gage is film, thin wire, fewer of them."""
+    if design.mold.leads == "leg":
+        return []
     found: list[tuple[list[str], Leads]] = []
     bare = design.model_copy(update={"gages": design.gages.model_copy(update={"leads": None})})
 
@@ -132,9 +133,9 @@ def _others(design: Design, type_: GageType | None) -> list[tuple[list[str], Lea
         mold = design.mold.model_copy(update=values)
         return leads_as_cast(bare.model_copy(update={"mold": mold}), type_)
 
-    if traces_possible(design, type_) and design.mold.leads != "leg":
+    if traces_possible(design, type_):
         found.append((['mold.leads = "leg"'], with_mold(leads="leg")))
     thin = thin_bundle(design)
-    if design.mold.leads != "leg" and thin < design.mold.wire_mm:
+    if thin < design.mold.wire_mm:
         found.append(([f"mold.wire_mm = {thin:g}"], with_mold(wire_mm=thin)))
     return found

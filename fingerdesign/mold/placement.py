@@ -108,11 +108,9 @@ def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
 def plates_in_space(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
     """All plates of a finger in 3-D, or why they are not moved there."""
     frames = plate_frames(design)
-    if not frames:
-        return (), "the finger has no plates"
     if any(frame.along == "z" for frame in frames):
         return (), "plates in rows along z are not moved in 3-D"
-    return frames, None
+    return frames, None if frames else "the finger has no plates"
 
 
 def tolerances(plan: MoldPlan, plate: int) -> tuple[float, float]:
@@ -220,8 +218,7 @@ def _effect(
     ways = np.abs(
         [np.einsum("argk,ka->arg", slopes, sign[:, None] * off) for sign in _signs(frames)]
     )
-    share = ways.max(axis=0)
-    sizes_off = [round(float(size), 6) for size in off.max(axis=0)]
+    share, sizes_off = ways.max(axis=0), [round(size, 6) for size in off.max(axis=0).tolist()]
     changes = [
         _change(k, sizes_off[k], share[k], frames)
         | {"rms_alike": _rms(ways[0, k]), "rms_opposed": _rms(ways[-1, k])}

@@ -50,9 +50,8 @@ def sensor_of(
 
     "fix": lines for the design that end every reason; none where one of them has no such lines.
     """
-    found, type_ = list(_gage(design, fit)), None
+    found, type_ = list(_gage(design, fit)), None if fit is None else fit.found
     if fit is not None:
-        type_ = fit.found
         found = [*_placed(placement), *found, *_led(design, type_, leads)]
     fix = list(dict.fromkeys(line for _, lines in found for line in lines))
     return {
@@ -164,14 +163,10 @@ def _placed(placement: Mapping[str, Any] | None) -> Iterator[Reason]:
         words = "what placement does to the gages is not known"
         yield (placement["sentences"][0] if placement else words), []
         return
-    error = placement_worst(placement)
+    error, lines = placement_worst(placement), _first(placement)
     if error > MOST_ERROR:
-        lines = _first(placement)
-        yield (
-            f"plates off their places change a reading by up to {percent(error)} of the "
-            f"largest; {100.0 * MOST_ERROR:.0f} % are allowed{'' if lines else _NO_FINER}",
-            lines,
-        )
+        words = f"plates off their places change a reading by up to {percent(error)} of the largest"
+        yield f"{words}; {100.0 * MOST_ERROR:.0f} % are allowed{'' if lines else _NO_FINER}", lines
 
 
 def _first(effect: Mapping[str, Any]) -> Sequence[str]:
@@ -190,11 +185,8 @@ def _led(
         words = 'mold.leads = "leg" needs traces: plates of polyimide, or a film gage'
         yield words, [f"mold.wire_mm = {thin_bundle(design):g}", 'mold.leads = "wires"']
     elif type_.to_measure and course != "leg":
-        yield (
-            f"{type_.name} is made on the sheet with its traces, and wires cannot be soldered to "
-            "it: lead it out on its legs",
-            _lines(_LEG) + _other_leads(design, "leg"),
-        )
+        words = f"{type_.name} is made on the sheet with its traces, and wires cannot be soldered"
+        yield f"{words} to it: lead it out on its legs", _lines(_LEG) + _other_leads(design, "leg")
     elif other := _other_leads(design, course):
         words = "gages.leads describes other leads than the mold makes (mold.leads)"
         yield f"{words}, so their price is not known", other
@@ -220,8 +212,6 @@ def _priced(leads: Mapping[str, Any] | None) -> Iterator[Reason]:
         unknown = "what the leads do to the readings is not known"
         yield (leads["sentences"][0].rstrip(".") if leads and leads["sentences"] else unknown), []
     elif leads["reading_error"] > MOST:
-        yield (
-            f"{leads['words']} change a reading by up to {100.0 * leads['reading_error']:.0f} % of "
-            f"the largest; {100.0 * MOST:.0f} % are allowed",
-            _first(leads),
-        )
+        error = f"{100.0 * leads['reading_error']:.0f} % of the largest"
+        words = f"{leads['words']} change a reading by up to {error}"
+        yield f"{words}; {100.0 * MOST:.0f} % are allowed", _first(leads)

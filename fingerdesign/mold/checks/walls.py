@@ -58,14 +58,12 @@ def _of_part(
     """Walls, webs and sheets at points that lie on no pin; then these."""
     thick = thicknesses(assembly.solids[part.name], points, normals)
     limits, pins = assembly.plan.limits, _on_pins(assembly.plan, part.name, points)
-    if side is None:
-        kinds = [("wall", ~pins, limits.wall_mm)]
-    elif part.made == "sheet":
+    kinds = [("wall", ~pins, limits.wall_mm)]
+    if side is not None and part.made == "sheet":
         flat = np.abs(normals @ direction(side.side)) > OPPOSITE
         kinds = [("sheet", flat, side.sheet)]
-    else:
-        slotted = _at_slots(side, points, normals, thick)
-        kinds = [("wall", ~pins & ~slotted, limits.wall_mm)]
+    elif side is not None:
+        kinds = [("wall", ~pins & ~_at_slots(side, points, normals, thick), limits.wall_mm)]
     if pins.any():
         kinds.append(("pin", pins, limits.feature_mm))
     slack, found = 2.0 * part.chord + 1e-3, []  # a round hole's chords, and rounding
@@ -89,33 +87,25 @@ def _least_web(assembly: Assembly, part: PartMesh, side: SidePlan, slack: float)
     sheet, plan = part.made == "sheet", assembly.plan
     bound = plan.design.mold.comb.web_mm if sheet else plan.limits.feature_mm
     out = part.vertices @ direction(side.side)
-    low, high = (
-        (float(out.min()), float(out.max()))
-        if sheet
-        else (plan.half(side.side), plan.reach(side.side))
-    )
+    low, high = plan.half(side.side), plan.reach(side.side)
+    if sheet:
+        low, high = float(out.min()), float(out.max())
     least, place = np.inf, np.zeros(2)
     for share in (0.5,) if sheet else (0.02, 0.5, 0.98):
         level = low + share * (high - low)
         loops = section_loops(assembly.solids[part.name], side.side, level)
-        for group in [loops] if sheet else _next_to_slots(side, loops, level):
+        slots = [] if sheet else [each for each in loops if _is_slot(side, each, level)]
+        others = ([one, other] for one in slots for other in loops if other is not one)
+        for group in [loops] if sheet else others:
             distance, where = least_distance(group)
             if distance < least:
                 least, place = distance, where
     if not np.isfinite(least):
         text = f"{part.name}: has no web"
         return Check("least web", part.name, True, None, bound, "mm", text)
-    at = f"({place[0]:.2f}, {place[1]:.2f})"
-    text = (
-        f"{part.name}: least web {least:.3f} mm, at {at} of its outline; {bound:g} mm can be made"
-    )
+    text = f"{part.name}: least web {least:.3f} mm, at {place_text(place)} of its outline; "
+    text += f"{bound:g} mm can be made"
     return Check.least("least web", part.name, least, bound, text, slack)
-
-
-def _next_to_slots(side: SidePlan, loops: list[Array], level: float) -> list[list[Array]]:
-    """Pairs of outlines in a wall's section, the first of them that of a slot."""
-    slots = [each for each in loops if _is_slot(side, each, level)]
-    return [[each, other] for each in slots for other in loops if other is not each]
 
 
 def _is_slot(side: SidePlan, loop: Array, level: float) -> bool:

@@ -99,12 +99,11 @@ def silicone_of(plan: MoldPlan, meshes: MoldMeshes) -> SiliconeData:
 
 def _flash(plan: MoldPlan) -> float:
     """Slots less the legs in them, as deep as what holds them: sheets, or the whole wall."""
-    whole = 0.0
-    for side, slot, width in plan.leg_slots:
-        metal = width * plan.thickness[slot.plate]
-        free = max(0.0, slot.length * slot.width - metal)
-        whole += free * (side.sheet or plan.wall(side.side))
-    return float(whole)
+    return sum(
+        max(0.0, slot.length * slot.width - width * plan.thickness[slot.plate])
+        * (side.sheet or plan.wall(side.side))
+        for side, slot, width in plan.leg_slots
+    )
 
 
 def mixing_of(material: str, cure: str) -> Mixing:
@@ -121,15 +120,11 @@ def rubber_words(design: Design) -> str:
     name, modulus = design.body.material, design.material_of("body").youngs_modulus_MPa
     if name in _RUBBERS["mixing"]:
         return name.replace("_", " ")
-    words = (
-        f"{name.replace('_', ' ')} of {modulus:g} MPa, Shore A {gent_shore_a(modulus):.0f} or so"
-    )
-    away, like = min(
-        (abs(math.log(MATERIALS[each].youngs_modulus_MPa / modulus)), each) for each in _ELASTOMERS
-    )
-    if away < math.log(_LIKE):
-        words += f" (such as {like.replace('_', ' ')})"
-    return words
+    ratios = {each: MATERIALS[each].youngs_modulus_MPa / modulus for each in _ELASTOMERS}
+    away, like = min((abs(math.log(ratio)), each) for each, ratio in ratios.items())
+    such = f" (such as {like})" if away < math.log(_LIKE) else ""
+    words = f"{name} of {modulus:g} MPa, Shore A {gent_shore_a(modulus):.0f} or so{such}"
+    return words.replace("_", " ")
 
 
 def density_of(design: Design) -> float:
@@ -178,15 +173,7 @@ def casting_of(plan: MoldPlan, meshes: MoldMeshes, fit: GageFit | None) -> Casti
         laid_out(tuple(part for part in some if part.made == "process"))
         for some in ((*meshes.parts, *more), pieces)
     )
-    design = plan.design
-    return Casting(
-        plan,
-        meshes,
-        fit,
-        flat_patterns(plan),
-        silicone_of(plan, meshes),
-        mixing_of(design.body.material, design.mold.cure),
-        cell_plates(plan),
-        parts,
-        coupon,
-    )
+    silicone = silicone_of(plan, meshes)
+    mixing = mixing_of(plan.design.body.material, plan.design.mold.cure)
+    cast = flat_patterns(plan), silicone, mixing, cell_plates(plan)
+    return Casting(plan, meshes, fit, *cast, parts, coupon)

@@ -60,8 +60,7 @@ def _steps(casting: Casting) -> Iterator[tuple[str, str, float, float]]:
     yield "make and clean the parts", words, each * printed + 5.0 * sheets + 20.0, 0.0
     coats = 2 if design.mold.process == "sla" and design.mold.cure == "platinum" else 0
     yield "sand, polish, coat", f"{coats} coats", 40.0 + 15.0 * coats, 10.0 + 15.0 * coats
-    plates = len(plan.frames)
-    if plates:
+    if plates := len(plan.frames):
         yield "cut and deburr plates", f"{plates} plates", 2.0 * plates, 2.0 * plates
         yield from _gages(casting, plates)
     slots = sum(len(side.slots) * (2 if side.outer else 1) for side in plan.sides)

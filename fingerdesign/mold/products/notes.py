@@ -181,9 +181,8 @@ def bridged_gap(plan: MoldPlan) -> BridgedGap | None:
     if wetting <= buoyancy:
         return None
     apart = min(high, gap.distance * wetting / buoyancy)
-    pitch = None
+    pitch, more = None, (apart - gap.distance) / (sine if sine > _STEEP else 1.0)
     if design.plates.placement is None:
-        more = (apart - gap.distance) / (sine if sine > _STEEP else 1.0)
         pitch = _sound_pitch(design, design.plates.pitch_mm + more, apart)
     return BridgedGap(gap, wetting, buoyancy, apart, pitch)
 
