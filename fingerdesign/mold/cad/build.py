@@ -216,9 +216,9 @@ def _parts(
         blanks[CORE] = (box(*(corner.tolist() for corner in plan.core)),) * 2
         formed.append((CORE, None, STAYS, "metal"))
     found = []
-    for name, draw, order, made in formed:
+    for name, way, order, made in formed:
         blank, filling = blanks[name]
-        found.append(BuiltPart(name, _worked(blank, features, name), draw, order, made, filling))
+        found.append(BuiltPart(name, _worked(blank, features, name), way, order, made, filling))
     return tuple(found)
 
 

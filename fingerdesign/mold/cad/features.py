@@ -17,25 +17,12 @@ from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import block, prism_of, slab
 from fingerdesign.mold.part import BASE, BASE_FRAME, CORE, INSERT
+from fingerdesign.mold.plan import pieces
 from fingerdesign.mold.plan.extent import seam_height
 from fingerdesign.mold.plan.fasteners.core_pins import CORE_CLEARANCE_MM
 from fingerdesign.mold.plan.fixture.outer import ROOMS_MM
 from fingerdesign.mold.plan.limits import SPARE_MM
-from fingerdesign.mold.plan.pieces import (
-    PRY_MM,
-    RELIEF_MM,
-    BaseHole,
-    CorePin,
-    Leg,
-    Lug,
-    Pin,
-    Side,
-    SidePlan,
-    Slot,
-    across,
-    direction,
-    in_space,
-)
+from fingerdesign.mold.plan.pieces import Side, SidePlan, across, direction, in_space
 from fingerdesign.mold.plan.plan import MoldPlan
 
 BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
@@ -59,7 +46,7 @@ def cut_plates(plan: MoldPlan) -> tuple[cq.Solid, ...]:
     return tuple(found)
 
 
-def _leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
+def _leg(frame: PlateFrame, leg: pieces.Leg) -> cq.Solid:
     """A leg: a strip of the same sheet, bent as the plate is, beyond the plate's end."""
     place, y = frame.from_local(leg.offset, 0.0)[0].tolist()
     low, high = (leg.start, leg.tip) if leg.side[0] == "+" else (-leg.tip, -leg.start)
@@ -68,7 +55,7 @@ def _leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
     return plate_solid(replace(strip, low=low, high=high, holes=()))
 
 
-def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[Slot]) -> Iterator[cq.Solid]:
+def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[pieces.Slot]) -> Iterator[cq.Solid]:
     """Make what is cut for slots of a side: rectangles, drawn outward from the mid-plane, and their
     mouths."""
     reach = plan.reach(side) + BEYOND_MM
@@ -85,7 +72,7 @@ def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[Slot]) -> Iterator[cq
             yield prism_of([in_space(side, *corner) for corner in edge], out * direction(side))
 
 
-def _axes(slot: Slot) -> tuple[Array, Array]:
+def _axes(slot: pieces.Slot) -> tuple[Array, Array]:
     """Unit vectors along a slot and across it, toward the upper side of its plate."""
     angle, level = np.radians(slot.angle_deg), across(slot.side)
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -191,7 +178,7 @@ def _hold(found: Features, plan: MoldPlan) -> None:
         for sign in (-1.0, 1.0):
             found.take(block((sign * x, low, -far), (sign * beyond, high, far)), BASE)
     if plan.pry:
-        deep, high, half = PRY_MM
+        deep, high, half = pieces.PRY_MM
         reach, foot = plan.reach_x, seam_height(plan, plan.reach_x, 0.0)
         for sign in (-1.0, 1.0):
             inner = (sign * (reach - deep), foot - BEYOND_MM, -half)
@@ -199,7 +186,7 @@ def _hold(found: Features, plan: MoldPlan) -> None:
     for side in plan.sides:
         if side.outer is not None:
             wide, top = plan.reach_x + BEYOND_MM, side.outer.high + BEYOND_MM
-            near = plan.reach_z - RELIEF_MM
+            near = plan.reach_z - pieces.RELIEF_MM
             tool = slab(side.side, (-wide, 0.0, near), (wide, top, plan.reach_z + BEYOND_MM))
             found.take(tool, INSERT)
 
@@ -224,20 +211,20 @@ def _open_side(found: Features, plan: MoldPlan, planned: SidePlan) -> None:
         found.take(one_solid(short, planned.wall), planned.wall)
 
 
-def _lug(lug: Lug, root: float) -> cq.Solid:
+def _lug(lug: pieces.Lug, root: float) -> cq.Solid:
     """A lug, up to ``root`` above the base plate's face."""
     x, y, z = lug.high
     return box(lug.low, (x, y + root, z))
 
 
-def _pin(pin: Pin) -> cq.Solid:
+def _pin(pin: pieces.Pin) -> cq.Solid:
     """A pin with a piece of its root inside of its part."""
     slope = (pin.tip_diameter - pin.diameter) / pin.length
     root = pin.diameter - ROOT_MM * slope
     return _along(pin, -ROOT_MM, root, pin.length, pin.tip_diameter)
 
 
-def _socket(pin: Pin) -> cq.Solid:
+def _socket(pin: pieces.Pin) -> cq.Solid:
     """The room of a pin, or of a dowel's outer half, with the clearance all round."""
     if pin.dowel:
         wide = pin.diameter + 2.0 * pin.clearance
@@ -248,7 +235,7 @@ def _socket(pin: Pin) -> cq.Solid:
     return _along(pin, -BEYOND_MM, first, pin.length + pin.clearance, pin.tip_diameter + more)
 
 
-def _along(pin: Pin, start: float, first: float, end: float, last: float) -> cq.Solid:
+def _along(pin: pieces.Pin, start: float, first: float, end: float, last: float) -> cq.Solid:
     """A round bar along a pin between distances from its root, with its diameters there."""
     way = np.array(pin.direction)
     return _cone(np.array(pin.root) + start * way, way, first, last, end - start)
@@ -266,7 +253,7 @@ def cylinder(diameter: float, foot: Iterable[float], way: Array, length: float) 
     return cq.Solid.makeCylinder(0.5 * diameter, length, cq.Vector(*foot), cq.Vector(*way))
 
 
-def _base_hole(hole: BaseHole, base: float) -> cq.Solid:
+def _base_hole(hole: pieces.BaseHole, base: float) -> cq.Solid:
     """A hole through the base plate, as wide as planned at its two faces."""
     slope = (hole.outer_diameter - hole.diameter) / base
     first = hole.diameter - BEYOND_MM * slope
@@ -277,7 +264,7 @@ def _base_hole(hole: BaseHole, base: float) -> cq.Solid:
     return _cone(foot, -UP, first, last, base + 2.0 * BEYOND_MM)
 
 
-def _wire_way(hole: BaseHole, plan: MoldPlan) -> Iterator[cq.Solid]:
+def _wire_way(hole: pieces.BaseHole, plan: MoldPlan) -> Iterator[cq.Solid]:
     """The way of leads through the base plate: a hole, a pocket on the back, a channel from there
     to the front edge."""
     foot = (hole.x, BEYOND_MM, hole.z)
@@ -290,14 +277,14 @@ def _wire_way(hole: BaseHole, plan: MoldPlan) -> Iterator[cq.Solid]:
         yield box((hole.x - half, back, hole.z), far)
 
 
-def _pilot(hole: BaseHole, height: float) -> cq.Solid:
+def _pilot(hole: pieces.BaseHole, height: float) -> cq.Solid:
     """A screw's pilot hole in the core, from the base up, as deep as its thread holds."""
     depth = min(2.5 * hole.diameter, max(height - 1.5, 0.5 * height))
     foot = (hole.x, -BEYOND_MM, hole.z)
     return cylinder(PILOT * hole.diameter, foot, UP, depth + BEYOND_MM)
 
 
-def _core_pin(plan: MoldPlan, pin: CorePin, clearance: float) -> cq.Solid:
+def _core_pin(plan: MoldPlan, pin: pieces.CorePin, clearance: float) -> cq.Solid:
     """The hole of a core pin, from its tip out of the block, with the clearance all round."""
     start = pin.tip - clearance
     foot = in_space(pin.side, pin.place, pin.y, start)

@@ -3,12 +3,11 @@
 A part, moved by ever larger steps, must not overlap what is still there.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 from manifold3d import Manifold
 
-from fingerdesign.arrays import Array
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.part import RUBBER, Check, PartMesh, axis_name
 from fingerdesign.mold.solids import bounds, curved, inside, oriented
@@ -36,45 +35,35 @@ def _still_there(assembly: Assembly, part: PartMesh) -> tuple[str, ...]:
     return (RUBBER, *(each.name for each in (*assembly.meshes.plates, *fixed, *left)))
 
 
-@dataclass(frozen=True)
-class Obstacle:
-    """A part that is still there while another is drawn, with the corners of its box."""
-
-    name: str
-    solid: Manifold
-    low: Array
-    high: Array
-
-    def shared(self, moved: Manifold) -> float:
-        """Volume that it shares with a part whose box it reaches, mm^3."""
-        low, high = bounds(moved)
-        near = np.all(self.low < high) and np.all(low < self.high)
-        return float((moved ^ self.solid).volume()) if near else 0.0
+def _shared(one: Manifold, other: Manifold) -> float:
+    """Volume that two solids share, mm^3; boxes that do not meet are seen at once."""
+    (low, high), (under, over) = bounds(one), bounds(other)
+    near = np.all(under < high) and np.all(low < over)
+    return float((one ^ other).volume()) if near else 0.0
 
 
 def _drawn(assembly: Assembly, part: PartMesh, there: tuple[str, ...]) -> Check:
     solid, draw = assembly.solids[part.name], np.array(part.draw)
     way = axis_name(draw.tolist())
-    solids = [(name, assembly.solids[name]) for name in there]
-    obstacles = [Obstacle(name, each, *bounds(each)) for name, each in solids]
+    obstacles = {name: assembly.solids[name] for name in there}
     # How far it must be drawn until its box has parted from all others.
-    far = max(max(each.low @ draw, each.high @ draw) for each in obstacles)
+    far = max(corner @ draw for each in obstacles.values() for corner in bounds(each))
     clear = max(0.0, float(far - min(corner @ draw for corner in bounds(solid)))) + 1.0
-    bound = _sliding(part, obstacles, assembly.chord)
-    worst, where, name = 0.0, 0.0, ""
+    bound = _sliding(part, obstacles.values(), assembly.chord)
+    worst, where, what = 0.0, 0.0, ""
     for step in (step for step in STEPS_MM if step < clear):
         moved = solid.translate(tuple(step * draw))
-        shares = {each.name: each.shared(moved) for each in obstacles}
+        shares = {name: _shared(moved, each) for name, each in obstacles.items()}
         if sum(shares.values()) > worst:
             worst, where = sum(shares.values()), step
-            name = max(shares, key=lambda each: shares[each])
+            what = max(shares, key=lambda each: shares[each])
     words = f"moved {clear:.1f} mm along {way} it passes everything that is still there"
     if worst > bound:
-        words = f"{where:g} mm along {way} it overlaps {name} by {worst:.3g} mm^3"
+        words = f"{where:g} mm along {way} it overlaps {what} by {worst:.3g} mm^3"
     return Check.most("demolding", part.name, worst, bound, "mm^3", f"{part.name}: {words}")
 
 
-def _sliding(part: PartMesh, obstacles: list[Obstacle], chord: float) -> float:
+def _sliding(part: PartMesh, obstacles: Iterable[Manifold], chord: float) -> float:
     """Overlap by triangles alone, mm^3: curved faces that slide along an obstacle lie up to two
     chords apart from where they should; flat ones meet within rounding."""
     units, sizes = oriented(part.vertices, part.triangles)
@@ -82,5 +71,5 @@ def _sliding(part: PartMesh, obstacles: list[Obstacle], chord: float) -> float:
     sliding &= np.abs(units @ np.array(part.draw)) < SLIDING
     rows = np.flatnonzero(sliding)
     near = part.vertices[part.triangles[rows]].mean(axis=1) + 3.0 * chord * units[rows]
-    taken = np.any([inside(each.solid, near) for each in obstacles], axis=0)
+    taken = np.any([inside(each, near) for each in obstacles], axis=0)
     return float(2.0 * chord * sizes[rows[taken]].sum() + FLAT_MM * sizes.sum())

@@ -8,18 +8,11 @@ ends on another face has crossed an edge, which making it blunts. Sharper edges 
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.mold import solids
 from fingerdesign.mold.checks.assembly import Assembly, from_slot, place_text, seen_from
 from fingerdesign.mold.part import INSERT, Check, PartMesh
 from fingerdesign.mold.plan.pieces import SidePlan, across, direction, in_space
 from fingerdesign.mold.plan.plan import MoldPlan
-from fingerdesign.mold.solids import (
-    OPPOSITE,
-    START_MM,
-    least_distance,
-    section_loops,
-    surface_points,
-    thicknesses,
-)
 
 WALL_POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
 CLEAR_MM = 0.3  # of an outer comb from the insert, which it would clamp
@@ -47,7 +40,7 @@ def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
     for part in assembly.meshes.parts:
         if part.made not in ("process", "sheet"):
             continue
-        points, normals = surface_points(part.vertices, part.triangles, WALL_POINTS, rng)
+        points, normals = solids.surface_points(part.vertices, part.triangles, WALL_POINTS, rng)
         found += _of_part(assembly, part, sides.get(part.name), points, normals)
     return found
 
@@ -56,11 +49,11 @@ def _of_part(
     assembly: Assembly, part: PartMesh, side: SidePlan | None, points: Array, normals: Array
 ) -> list[Check]:
     """Walls, webs and sheets at points that lie on no pin; then these."""
-    thick = thicknesses(assembly.solids[part.name], points, normals)
+    thick = solids.thicknesses(assembly.solids[part.name], points, normals)
     limits, pins = assembly.plan.limits, _on_pins(assembly.plan, part.name, points)
     kinds = [("wall", ~pins, limits.wall_mm)]
     if side is not None and part.made == "sheet":
-        flat = np.abs(normals @ direction(side.side)) > OPPOSITE
+        flat = np.abs(normals @ direction(side.side)) > solids.OPPOSITE
         kinds = [("sheet", flat, side.sheet)]
     elif side is not None:
         kinds = [("wall", ~pins & ~_at_slots(side, points, normals, thick), limits.wall_mm)]
@@ -93,11 +86,11 @@ def _least_web(assembly: Assembly, part: PartMesh, side: SidePlan, slack: float)
     least, place = np.inf, np.zeros(2)
     for share in (0.5,) if sheet else (0.02, 0.5, 0.98):
         level = low + share * (high - low)
-        loops = section_loops(assembly.solids[part.name], side.side, level)
+        loops = solids.section_loops(assembly.solids[part.name], side.side, level)
         slots = [] if sheet else [each for each in loops if _is_slot(side, each, level)]
         others = ([one, other] for one in slots for other in loops if other is not one)
         for group in [loops] if sheet else others:
-            distance, where = least_distance(group)
+            distance, where = solids.least_distance(group)
             if distance < least:
                 least, place = distance, where
     if not np.isfinite(least):
@@ -124,7 +117,7 @@ def _on_pins(plan: MoldPlan, name: str, points: Array) -> BoolArray:
         away = points - np.array(pin.root)
         along = away @ np.array(pin.direction)
         radius = np.linalg.norm(away - along[:, None] * np.array(pin.direction), axis=1)
-        near = (along > START_MM) & (along < pin.length + _NEAR_PIN_MM)
+        near = (along > solids.START_MM) & (along < pin.length + _NEAR_PIN_MM)
         found |= near & (radius < 0.5 * pin.diameter + _NEAR_PIN_MM)
     return found
 
@@ -137,4 +130,4 @@ def _at_slots(side: SidePlan, points: Array, normals: Array, thick: Array) -> Bo
         for each in (points, ends):
             found |= np.abs(from_slot(slot, each)) < _NEAR_SLOT_MM
     place, _ = seen_from(side.side, normals)
-    return np.asarray(found & (np.hypot(place, normals[:, 1]) > OPPOSITE))
+    return np.asarray(found & (np.hypot(place, normals[:, 1]) > solids.OPPOSITE))

@@ -34,15 +34,13 @@ def open_plan(fixture: Fixture, outline: MoldPlan) -> MoldPlan | Refusal | str:
 
     Else what of the finger needs a closed one, in words; or the refusal of what was given.
     """
-    why = _needs_walls(outline)
-    if why:
+    if why := _needs_walls(outline):
         return why
     plan = replace(outline, sides=tuple(_framed(s, outline) for s in outline.sides), pour="open")
     columns = _columns(plan)
     if columns is None:
         return f"its walls, {plan.rim:.3g} mm high, hold no bolt along z"
-    why = _too_small(plan, columns)
-    if why:
+    if why := _too_small(plan, columns):
         return why
     given, limits = plan.design.mold.wall_mm, plan.limits
     if given is not None and given < columns.wall_z - 1e-9:

@@ -22,24 +22,9 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.part import INSERT
+from fingerdesign.mold.plan import pieces
 from fingerdesign.mold.plan.limits import SPARE_MM, Limits, limits_of
-from fingerdesign.mold.plan.pieces import (
-    PRY_MM,
-    BaseHole,
-    Bolt,
-    Box,
-    CorePin,
-    HoleKind,
-    Leg,
-    Lug,
-    Pin,
-    Plug,
-    Pour,
-    Side,
-    SidePlan,
-    Slot,
-    core_in_mold,
-)
+from fingerdesign.mold.plan.pieces import BaseHole, Leg, Side, SidePlan, Slot
 
 GROOVE_MM = (1.0, 1.2)  # of the mount: deep, high
 LEAST_GROOVE_MM = 0.4
@@ -87,21 +72,21 @@ class MoldPlan(Extent):
     frames: tuple[PlateFrame, ...]
     legs: tuple[Leg, ...]
     sides: tuple[SidePlan, ...]
-    plugs: tuple[Plug, ...]
+    plugs: tuple[pieces.Plug, ...]
     top: float
     base: float
     base_holes: tuple[BaseHole, ...] = ()
-    core_pins: tuple[CorePin, ...] = ()
+    core_pins: tuple[pieces.CorePin, ...] = ()
     wall_x: float = 0.0
     wall_z: float = 0.0
     ear: float = 0.0
-    bolts: tuple[Bolt, ...] = ()
-    pins: tuple[Pin, ...] = ()
-    lugs: tuple[Lug, ...] = ()
+    bolts: tuple[pieces.Bolt, ...] = ()
+    pins: tuple[pieces.Pin, ...] = ()
+    lugs: tuple[pieces.Lug, ...] = ()
     mount_x: float = 0.0
     mount_z: float = 0.0
     lip: float = 0.0
-    pour: Pour = "closed"
+    pour: pieces.Pour = "closed"
     closed_for: str = ""
     seam: float = 0.0
 
@@ -111,9 +96,9 @@ class MoldPlan(Extent):
         return limits_of(self.design.mold)
 
     @cached_property
-    def holes(self) -> dict[HoleKind, list[BaseHole]]:
+    def holes(self) -> dict[pieces.HoleKind, list[BaseHole]]:
         """The base plate's holes by their kind."""
-        return {k: [h for h in self.base_holes if h.kind == k] for k in get_args(HoleKind)}
+        return {k: [h for h in self.base_holes if h.kind == k] for k in get_args(pieces.HoleKind)}
 
     @cached_property
     def groove(self) -> tuple[float, float, float] | None:
@@ -131,7 +116,7 @@ class MoldPlan(Extent):
     @cached_property
     def pry(self) -> bool:
         """True where the insert has notches to pry it off: no bolt or pin of it is near them."""
-        deep, high, half = PRY_MM
+        deep, high, half = pieces.PRY_MM
         wall = self.limits.wall_mm
         places = [(b.first, b.second, b.diameter) for b in self.bolts if b.axis == "y"]
         places += [(p.root[0], p.root[2], p.diameter) for p in self.pins if p.on == INSERT]
@@ -141,12 +126,12 @@ class MoldPlan(Extent):
         )
 
     @property
-    def core(self) -> Box | None:
+    def core(self) -> pieces.Box | None:
         """Corners (3,) of the core, mm; None without one."""
         body = self.design.body
         if body.core is None:
             return None
-        core = core_in_mold(body.core, self.scale)
+        core = pieces.core_in_mold(body.core, self.scale)
         low = np.array([-0.5 * core.width_mm, core.bottom_mm, -0.5 * body.core_depth_mm])
         return low, np.array([-low[0], core.bottom_mm + core.height_mm, -low[2]])
 

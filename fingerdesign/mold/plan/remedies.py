@@ -159,10 +159,20 @@ def _placed(design: Design, refusal: Refusal) -> Refusal:
 
 
 def _raised(design: Design, refusal: Refusal, low: float, high: float, refuse: Refuse) -> list[str]:
-    """The value to which the key at fault must be raised, such that the likeliest legs are not
-    refused, in words."""
-    least = least_value(design, refusal.key, low, high, lambda d: not refuse(_quick(d)))
-    return [] if least is None else [f"raise {refusal.key} to at least {least:g}"]
+    """About the least value in (low, high] to which the key at fault must be raised, such that the
+    design is sound and its likeliest legs are not refused, in words; none where there is none."""
+
+    def does(value: float) -> bool:
+        trial = with_key(design, refusal.key, value)
+        return trial is not None and not refuse(_quick(trial))
+
+    found = next((v for v in np.linspace(low, high, 9)[1:].tolist() if does(v)), None)
+    if found is None:
+        return []
+    over = float(at_least(edge(does, found, found - (high - low) / 8.0, HALVINGS)))
+    trial = with_key(design, refusal.key, over)
+    ends = trial is not None and does(over) and is_sound(trial)
+    return [f"raise {refusal.key} to at least {over:g}"] if ends else []
 
 
 def _apart(design: Design, row: PlateRow, refusal: Refusal) -> list[str]:
@@ -184,23 +194,6 @@ def _apart(design: Design, row: PlateRow, refusal: Refusal) -> list[str]:
 def _quick(design: Design) -> Fixture:
     """The fixture of a changed design, of the likeliest legs alone."""
     return fixture_of(design, thorough=False)
-
-
-def least_value(
-    design: Design, key: str, low: float, high: float, holds: Callable[[Design], bool]
-) -> float | None:
-    """About the least value of a key in (low, high] from which a sound design ``holds``."""
-
-    def does(value: float) -> bool:
-        trial = with_key(design, key, value)
-        return trial is not None and holds(trial)
-
-    found = next((v for v in np.linspace(low, high, 9)[1:].tolist() if does(v)), None)
-    if found is None:
-        return None
-    over = float(at_least(edge(does, found, found - (high - low) / 8.0, HALVINGS)))
-    trial = with_key(design, key, over)
-    return over if trial is not None and holds(trial) and is_sound(trial) else None
 
 
 def _demanded(design: Design, refusals: list[Refusal]) -> list[Refusal]:
