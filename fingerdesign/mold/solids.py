@@ -29,6 +29,11 @@ def solid_of(vertices: Array, triangles: IntArray) -> Manifold:
     return Manifold(Mesh64(points, np.array(triangles, dtype=np.uint64, order="C")))
 
 
+def hull_of(points: Array) -> Manifold:
+    """The convex hull of points (n, 3)."""
+    return Manifold.hull_points(points)
+
+
 def sound(solid: Manifold) -> bool:
     """True where the triangles were those of a solid."""
     return bool(solid.status() == Error.NoError and not solid.is_empty())

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from manifold3d import Manifold
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.export import write_triangles
@@ -20,6 +19,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
+from fingerdesign.mold.solids import hull_of
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.report.page import macros
 from fingerdesign.robots.flex import Flex, flex_of
@@ -100,7 +100,7 @@ def describe(
 
 def _write_hull(outside: Path, path: Path) -> Path:
     """Write the convex hull of an STL."""
-    hull = Manifold.hull_points(triangles_of(outside).reshape(-1, 3))
+    hull = hull_of(triangles_of(outside).reshape(-1, 3))
     mesh, volume = hull.to_mesh64(), hull.volume()
     return write_triangles(mesh.vert_properties, mesh.tri_verts, path, volume, 1e-6 * volume)
 

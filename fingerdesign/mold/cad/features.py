@@ -127,8 +127,7 @@ class Features:
 
 
 def features_of(plan: MoldPlan) -> Features:
-    """Make every feature of a plan: pins, lugs, bolts, the base's holes, slots, windows, core
-    holes."""
+    """Make every feature of a plan: fasteners, the base's holes, slots, windows, core holes."""
     found = Features()
     _fasten(found, plan)
     core = plan.design.body.core
@@ -192,8 +191,7 @@ def _hold(found: Features, plan: MoldPlan) -> None:
 
 
 def _open_side(found: Features, plan: MoldPlan, planned: SidePlan) -> None:
-    """Cut a side's slots, those of its outer comb with room to slide on the bolts, and the seam of
-    a half frame."""
+    """Cut a side's slots, its outer comb's with room to slide on bolts, a half frame's seam."""
     side = planned.side
     for tool in slot_tools(plan, side, planned.slots):
         found.take(tool, planned.holder)
@@ -265,8 +263,7 @@ def _base_hole(hole: pieces.BaseHole, base: float) -> cq.Solid:
 
 
 def _wire_way(hole: pieces.BaseHole, plan: MoldPlan) -> Iterator[cq.Solid]:
-    """The way of leads through the base plate: a hole, a pocket on the back, a channel from there
-    to the front edge."""
+    """The way of leads through the base plate: hole, pocket on the back, channel to the front."""
     foot = (hole.x, BEYOND_MM, hole.z)
     yield cylinder(hole.diameter, foot, -UP, plan.base + 2.0 * BEYOND_MM)
     if hole.pocket > 0.0:

@@ -26,8 +26,7 @@ def demolding_checks(assembly: Assembly) -> list[Check]:
 
 
 def _still_there(assembly: Assembly, part: PartMesh) -> tuple[str, ...]:
-    """Names of what is there when a part is drawn; parts of one order and one draw move
-    together."""
+    """Names of what is there when a part is drawn; those of its order and draw move with it."""
     drawn = [each for each in assembly.meshes.parts if each.draw is not None]
     fixed = [each for each in assembly.meshes.parts if each.draw is None]
     apart = [each for each in drawn if each.order == part.order and each.draw != part.draw]

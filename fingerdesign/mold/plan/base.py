@@ -266,8 +266,7 @@ def _inside(plan: MoldPlan, places: Array) -> Array:
 
 
 def _vents(base: _Base, diameter: float, least: float, corners: int) -> list[BaseHole]:
-    """Place vents at the highest place of each region, then at further corners, as many as have
-    room."""
+    """Place vents at the highest place of each region, then at further ``corners`` with room."""
     found: list[BaseHole] = []
     ways = [np.array(way) for way in ((1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0))]
     targets = [(ways[0], number) for number in range(1, int(base.region.max(initial=0)) + 1)]

@@ -52,18 +52,14 @@ def _thinner(design: Design) -> Iterator[Design]:
     """The design with thin legs, with thin pins, with both, as far as it gives neither."""
     mold = design.mold
     legs = {} if mold.leg_mm is not None else {"leg_mm": LEAST_WIDTH_MM}
-    thin = THIN_PINS * limits_of(mold).pin_mm
-    pins = {}
-    if mold.limits.pin_mm is None:
-        pins = {"limits": mold.limits.model_copy(update={"pin_mm": thin})}
-    for changed in (legs, pins, legs | pins if legs and pins else {}):
-        if changed:
-            yield with_mold(design, **changed)
+    thin = mold.limits.model_copy(update={"pin_mm": THIN_PINS * limits_of(mold).pin_mm})
+    pins = {} if mold.limits.pin_mm is not None else {"limits": thin}
+    for changed in filter(None, (legs, pins, legs | pins if legs and pins else {})):
+        yield with_mold(design, **changed)
 
 
 def _try(design: Design) -> MoldPlan | list[Refusal]:
-    """Plan an open mold where ``mold.pour`` and the finger allow it, since it has the fewest parts;
-    else a closed one."""
+    """Plan an open mold where ``mold.pour`` and the finger allow it, else a closed one."""
     mold, fixture = design.mold, fixture_of(design)
     outline, refusals = sides_of(fixture, leg_refusals(fixture))
     closed_for = "mold.pour asks for it"

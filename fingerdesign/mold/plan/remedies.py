@@ -197,8 +197,7 @@ def _quick(design: Design) -> Fixture:
 
 
 def _demanded(design: Design, refusals: list[Refusal]) -> list[Refusal]:
-    """Refuse the slot or web that the file gives, where plates could be held without it, instead of
-    the plates."""
+    """Refuse the slot or web that the file gives, where plates could be held without it."""
     of_plates = [refusal for refusal in refusals if refusal.kind in ("high_legs", "no_web")]
     if not of_plates:
         return refusals

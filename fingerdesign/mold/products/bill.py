@@ -193,19 +193,18 @@ def _gages(casting: Casting, gages: int) -> Iterator[ItemData]:
         size += f": {found.name}, {long:g} mm x {wide:g} mm in all"
     words = _order_words(casting, gages)
     yield _item("strain gage", gages, "bought", material, size, when="order today", words=words)
-    if not joints_of(casting):
+    if joints := joints_of(casting):
+        plates = sum(pattern.count for pattern in casting.patterns)
+        metres = math.ceil(own.lead_count * plates * WIRE_MM / 1000.0)
+        wire = casting.design.mold.wire_mm / bundle(own.lead_count)
+        thin = f", {wire:.2g} mm or thinner over its enamel" if wire else ""
+        yield _item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{thin}")
+        adhesive = "cyanoacrylate or epoxy for gages"
+        yield _item("gage adhesive", 1, "bought", adhesive, "a few drops")
+        yield _item("solder and flux", 1, "bought", "thin, rosin", f"{joints} joints")
+    else:
         legs = "of the front legs' pitch: elastomeric strip, or flex bonded by anisotropic film"
         yield _item("leg connector", 1, "bought", legs, f"{own.lead_count} contacts a leg")
-        yield _item("primer", 1, "bought", primer_words(casting.design), "a few ml")
-        return
-    plates = sum(pattern.count for pattern in casting.patterns)
-    metres = math.ceil(own.lead_count * plates * WIRE_MM / 1000.0)
-    wire = casting.design.mold.wire_mm / bundle(own.lead_count)
-    thin = f", {wire:.2g} mm or thinner over its enamel" if wire else ""
-    yield _item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{thin}")
-    adhesive = "cyanoacrylate or epoxy for gages"
-    yield _item("gage adhesive", 1, "bought", adhesive, "a few drops")
-    yield _item("solder and flux", 1, "bought", "thin, rosin", f"{joints_of(casting)} joints")
     yield _item("primer", 1, "bought", primer_words(casting.design), "a few ml")
 
 
@@ -300,9 +299,8 @@ def _bolts(bolts: Sequence[Bolt]) -> Iterator[ItemData]:
     sizes = Counter(bolt.size for bolt in bolts)
     rods = Counter(bolt.size for bolt in bolts if bolt_length(bolt) is None)
     for (size, length, grip), count in sorted(lengths.items(), key=str):
-        words = f"{size} x {length}" if length else size
-        words = f"{words}, clamps {grip:g} mm"
-        yield _item("bolt" if length else "threaded rod", count, *_STEEL, words)
+        item, words = ("bolt", f"{size} x {length}") if length else ("threaded rod", size)
+        yield _item(item, count, *_STEEL, f"{words}, clamps {grip:g} mm")
     for size, count in sorted(sizes.items()):
         yield _item("nut", count + rods[size], *_STEEL, size)
         yield _item("washer", 2 * count, *_STEEL, size)

@@ -145,8 +145,7 @@ def z_bolt_height(plan: MoldPlan, columns: Columns, floor: float = 0.0) -> float
 
 
 def _free_height(rim: float, room: float, taken: Array, floor: float = 0.0) -> float | None:
-    """The height nearest to the middle that is ``room`` away from floor, rim and obstacles
-    (n, 4)."""
+    """The height nearest to the middle that is ``room`` away from floor, rim and obstacles."""
     heights = np.arange(floor + room, rim - room + 1e-9, _STEP_MM)
     heights = heights[clear(heights, room, taken[:, 2], taken[:, 3])]
     return float(heights[np.argmin(np.abs(heights - 0.5 * rim))]) if len(heights) else None
@@ -185,8 +184,9 @@ def _bolt_place(plan: MoldPlan, columns: Columns, side: Side, away: float) -> fl
     return _free_place(min(_reaches(plan, side)) - room, room, taken)
 
 
-def _pin_place(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> float:
-    """Place along a wall of a pin below the insert; NaN where there is no room.
+def _pin_place(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> tuple[float, bool]:
+    """Place along a wall of a pin below the insert, and True where it is small: as wished, or where
+    a big one has no room. NaN: there is no room.
 
     The pin itself is on the insert, where a dowel has a hole; its socket is in the wall, which
     reaches on beyond a plug.
@@ -195,8 +195,10 @@ def _pin_place(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> flo
     room = 0.5 * diameter + columns.clearance + columns.gap
     plug, reach = _reaches(plan, side)
     own = room if columns.limits.dowels else 0.5 * diameter + SPARE_MM
-    most = min(reach - room, plug - own)
-    return _free_place(most, room, _obstacles(plan, side))
+    place = _free_place(min(reach - room, plug - own), room, _obstacles(plan, side))
+    if math.isnan(place) and not small:
+        return _pin_place(plan, columns, side, True)
+    return place, small
 
 
 def _reaches(plan: MoldPlan, side: Side) -> tuple[float, float]:
@@ -211,15 +213,14 @@ def _insert_bolts(plan: MoldPlan, columns: Columns, low: bool) -> list[tuple[Sid
     They go through the side walls where these are too ``low`` for bolts along z, or where the
     insert ends short of the end walls; through the end walls where it ends short of the side walls.
     """
-    found: list[tuple[Side, float, float]] = []
+    found, away = list[tuple[Side, float, float]](), columns.bar_bolt
     if "x" in plan.plug_widths:
-        for end, way in ENDS:
-            x = _bolt_place(plan, columns, end, columns.bar_bolt)
-            found.append((end, x, way * columns.bar_bolt))
+        found += [(end, _bolt_place(plan, columns, end, away), way * away) for end, way in ENDS]
+    away = columns.x2
     if low or "z" in plan.plug_widths:
-        for flank, sign in FLANKS:
-            z = _bolt_place(plan, columns, flank, columns.x2)
-            found.append((flank, sign * columns.x2, z))
+        found += [
+            (each, sign * away, _bolt_place(plan, columns, each, away)) for each, sign in FLANKS
+        ]
     return found
 
 
@@ -233,7 +234,7 @@ def _insert_pins(
     found: list[tuple[Side, float, float, bool]] = []
     if "x" in plan.plug_widths:
         for end, way in ENDS:
-            x, small = _small_or_big(plan, columns, end, end == "+z")
+            x, small = _pin_place(plan, columns, end, end == "+z")
             found.append((end, x, way * columns.bar_pin, small))
         return found
     narrow = "z" in plan.plug_widths
@@ -241,20 +242,13 @@ def _insert_pins(
         found.append((end, sign * columns.x3, way * columns.deep, (end, flank) == ONE))
     if narrow or low:
         for flank, sign in FLANKS:
-            z, small = _small_or_big(plan, columns, flank, narrow and flank == "+x")
+            z, small = _pin_place(plan, columns, flank, narrow and flank == "+x")
             found.append((flank, sign * columns.x3, z, small))
     return found
 
 
-def _small_or_big(plan: MoldPlan, columns: Columns, side: Side, small: bool) -> tuple[float, bool]:
-    place = _pin_place(plan, columns, side, small)
-    small = small or math.isnan(place)
-    return _pin_place(plan, columns, side, small), small
-
-
 def _closed_columns(plan: MoldPlan) -> Columns:
-    """Place the columns of a closed mold, for the given bolts or for the largest of AUTO_BOLTS that
-    fit along z."""
+    """Place the columns of a closed mold, for the given bolts or the largest that fit along z."""
     plugged = "z" in plan.plug_widths
     tried = columns_by_size(plan, plugged)
     columns = next((c for c in tried if z_bolt_height(plan, c) is not None), tried[-1])
