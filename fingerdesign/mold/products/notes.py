@@ -64,18 +64,10 @@ class View:
         """
         names = [_WORDS.get(name, name.replace("_", " ")) for name in self.names]
         listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
-        verb = "are" if len(names) > 1 or _is_plural(names[0]) else "is"
+        several = len(names) > 1 or any(word.endswith("s") for word in names[0].split())
+        verb = "are" if several else "is"
         done = {"take": "taken off", "put": "put in place", "move": "moved"}[self.verb]
         return f'Step {self.step} of "{self.section}": {listed} {verb} {done}.'
-
-
-def _is_plural(name: str) -> bool:
-    """True for the words of several things.
-
-    >>> _is_plural("bolts along z"), _is_plural("a plate")
-    (True, False)
-    """
-    return any(word.endswith("s") for word in name.split())
 
 
 def windows_volume(plan: MoldPlan) -> float:
@@ -112,8 +104,12 @@ def _of_notes(casting: Casting) -> dict[str, Any]:
         # mm, by which plates end inside the back wall's outer face
         "inside": round(plan.reach("-z") - plan.tips.get("-z", plan.reach("-z")), 2),
         "tilt": TILT_DEG,
-        **{"numbers": numbers_text, "spare": spare_of, "axis_name": axis_name},
-        **{"primer": primer_words, "spacer": spacer_height, "window_mm3": windows_volume},
+        "numbers": numbers_text,
+        "spare": spare_of,
+        "axis_name": axis_name,
+        "primer": primer_words,
+        "spacer": spacer_height,
+        "window_mm3": windows_volume,
         "bend": leg_bend,
     }
 
