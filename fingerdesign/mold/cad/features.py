@@ -39,9 +39,9 @@ def cut_plates(plan: MoldPlan) -> tuple[cq.Solid, ...]:
     """
     found = []
     for frame in plan.frames:
-        pieces = [_leg(frame, leg) for leg in plan.legs_by_plate.get(frame.index, ())]
+        legs = [_leg(frame, leg) for leg in plan.legs_by_plate.get(frame.index, ())]
         whole = plate_solid(frame)
-        whole = whole.fuse(*pieces).clean() if pieces else whole
+        whole = whole.fuse(*legs).clean() if legs else whole
         found.append(one_solid(whole, f"plate {frame.index} with its legs"))
     return tuple(found)
 

@@ -99,21 +99,14 @@ def _columns(plan: MoldPlan) -> Columns | None:
 def _widened(plan: MoldPlan, columns: Columns) -> Columns:
     limits, gap = columns.limits, columns.gap
     sheets = max(side.sheet for side in plan.sides)
-    x3 = columns.x2
-    reach_x = x3 + max(columns.radius, columns.socket) + gap
+    reach_x = columns.x2 + max(columns.radius, columns.socket) + gap
     relief = RELIEF_MM if sheets else 0.0  # the insert's pins keep their wall under outer combs
     least = 2.0 * (columns.socket + gap) + relief  # the insert's pins, in each frame
     wall_z = max(sheets + _END_WALLS * limits.wall_mm, least - plan.half_depth)
     reach_z = plan.half_depth + _wall(plan.design.mold.wall_mm, wall_z, sheets)
-    return replace(
-        columns,
-        reach=SLENDER * columns.small,
-        x3=x3,
-        deep=reach_z - relief - gap - columns.socket,
-        wall_x=reach_x - plan.half_width,
-        ear=0.0,
-        wall_z=wall_z,
-    )
+    reach, deep = SLENDER * columns.small, reach_z - relief - gap - columns.socket
+    placed = replace(columns, reach=reach, x3=columns.x2, deep=deep)
+    return replace(placed, wall_x=reach_x - plan.half_width, ear=0.0, wall_z=wall_z)
 
 
 def _too_small(plan: MoldPlan, columns: Columns) -> str:

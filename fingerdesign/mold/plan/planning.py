@@ -51,9 +51,9 @@ def _mounted(found: MoldPlan | list[Refusal]) -> MoldPlan | list[Refusal]:
 def _thinner(design: Design) -> Iterator[Design]:
     """The design with thin legs, with thin pins, with both, as far as it gives neither."""
     mold = design.mold
-    legs = {} if mold.leg_mm is not None else {"leg_mm": LEAST_WIDTH_MM}
+    legs: dict[str, object] = {} if mold.leg_mm is not None else {"leg_mm": LEAST_WIDTH_MM}
     thin = mold.limits.model_copy(update={"pin_mm": THIN_PINS * limits_of(mold).pin_mm})
-    pins = {} if mold.limits.pin_mm is not None else {"limits": thin}
+    pins: dict[str, object] = {} if mold.limits.pin_mm is not None else {"limits": thin}
     for changed in filter(None, (legs, pins, legs | pins if legs and pins else {})):
         yield with_mold(design, **changed)
 

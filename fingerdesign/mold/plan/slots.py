@@ -33,16 +33,9 @@ def frames_in_mold(design: Design, scale: float) -> tuple[PlateFrame, ...]:
     for frame in plate_frames(design):
         shift = (scale - 1.0) * frame.middle
         holes = tuple(replace(hole, w=hole.w + shift) for hole in frame.holes)
-        found.append(
-            replace(
-                frame,
-                place=scale * frame.place,
-                y=scale * frame.y,
-                low=frame.low + shift,
-                high=frame.high + shift,
-                holes=holes,
-            )
-        )
+        place, y = scale * frame.place, scale * frame.y
+        low, high = frame.low + shift, frame.high + shift
+        found.append(replace(frame, place=place, y=y, low=low, high=high, holes=holes))
     return tuple(found)
 
 
@@ -107,15 +100,8 @@ def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, l
     play = design.mold.comb.clearance_mm if holding == "comb" else 2.0 * limits.clearance_mm
     play = max(play, _LEAST_PLAY_MM)
     least = least_slot(design, holding, limits)
-    slot = Slot(
-        plate=leg.plate,
-        side=leg.side,
-        place=float(bar.place),
-        y=float(bar.y),
-        angle_deg=bar.angle_deg,
-        length=max(bar.length + play, least),
-        width=max(bar.thickness + play, least),
-    )
+    length, width = max(bar.length + play, least), max(bar.thickness + play, least)
+    slot = Slot(leg.plate, leg.side, float(bar.place), float(bar.y), bar.angle_deg, length, width)
     return moved(slot, bar, -1.0) if holding == "slots" else slot
 
 
