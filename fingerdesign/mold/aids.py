@@ -93,8 +93,7 @@ def _bonded(plan: MoldPlan) -> Iterator[PartMesh]:
 def _patch(
     frame: PlateFrame, name: str, side: float, half: float, ends: tuple[float, float]
 ) -> PartMesh:
-    """A thin box on a plate's face (side 0: around the plate), +-``half`` about its middle, between
-    two places across."""
+    """A thin box on a plate's face (side 0: around it), +-``half`` about its middle."""
     near, far = 0.5 * frame.thickness, 0.5 * frame.thickness + PATCH_MM
     near, side = (-far, 1.0) if side == 0.0 else (near, side)
     section = np.array([[-half, near], [half, near], [half, far], [-half, far]])

@@ -21,8 +21,7 @@ OUTER = "_outer"  # ends the names of combs on the outside: no part of the fille
 
 COLOURS = {  # by the first word of a part's name
     "contact": "#5b8fc7",
-    "end": "#7fae8c",
-    "frame": "#7fae8c",
+    **dict.fromkeys(("end", "frame", "cell"), "#7fae8c"),
     "side": "#a9b6a0",
     "comb": "#c9a227",
     "base": "#8b8f99",
@@ -31,14 +30,11 @@ COLOURS = {  # by the first word of a part's name
     "plate": "#b5652a",
     "gage": "#1f7a4d",
     "lead": "#b3261e",
-    "mount": "#6f6a8c",
-    "bolts": "#4b5563",
-    "pins": "#4b5563",
-    "cell": "#7fae8c",
+    **dict.fromkeys(("mount", "spacer"), "#6f6a8c"),
+    **dict.fromkeys(("bolts", "pins"), "#4b5563"),
     "band": "#8c2f5b",
     "clay": "#9a7b4f",
     "tape": "#d9b44a",
-    "spacer": "#6f6a8c",
 }
 
 

@@ -50,8 +50,7 @@ def _piece(name: str, solid: cq.Solid, draw: Point | None = None) -> BuiltPart:
 
 
 def ladder_bar(rows: tuple[Ladder, ...], pin: float) -> cq.Solid:
-    """The bar: a row lies along x, rows follow each other along -y; z is up. pin: diameter that
-    sockets are for."""
+    """The bar: rows along x, following along -y; z is up. pin: diameter that sockets are for."""
     wide = {row.kind: [_width(row, size, pin) for size in row.sizes] for row in rows}
     pitch = max(max(each) for each in wide.values()) + GAP_MM
     length = pitch * max(len(row.sizes) for row in rows) + GAP_MM

@@ -56,8 +56,7 @@ def _leg(frame: PlateFrame, leg: pieces.Leg) -> cq.Solid:
 
 
 def slot_tools(plan: MoldPlan, side: Side, slots: Sequence[pieces.Slot]) -> Iterator[cq.Solid]:
-    """Make what is cut for slots of a side: rectangles, drawn outward from the mid-plane, and their
-    mouths."""
+    """Make what is cut for slots of a side: prisms outward from the mid-plane, and their mouths."""
     reach = plan.reach(side) + BEYOND_MM
     for slot in slots:
         along, upward = _axes(slot)
@@ -169,8 +168,7 @@ def _fasten(found: Features, plan: MoldPlan) -> None:
 
 
 def _hold(found: Features, plan: MoldPlan) -> None:
-    """Cut the grooves of the mount, notches to pry the insert off, and its relief under the outer
-    combs, which would clamp it."""
+    """Cut the mount's grooves, and the insert's notches to pry it off and relief under combs."""
     if plan.groove is not None:
         depth, low, high = plan.groove
         x, beyond, far = plan.mount_x - depth, plan.mount_x + BEYOND_MM, plan.mount_z + BEYOND_MM

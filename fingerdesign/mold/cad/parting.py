@@ -273,8 +273,7 @@ def _layers(
 def _bounds(
     planned: SidePlan, inner: float, wall: float, end: float
 ) -> dict[str, tuple[float, float]]:
-    """Distances from the mid-plane between which comb and wall of a side lie; a wall without a comb
-    begins at ``wall``."""
+    """Distances between which a side's comb and wall lie; a wall without one begins at ``wall``."""
     name = wall_name(planned.side)
     if not planned.comb:
         return {name: (wall, end)}

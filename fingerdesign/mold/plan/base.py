@@ -76,8 +76,7 @@ class _Base:
 
 
 def base_holes_of(plan: MoldPlan) -> tuple[tuple[BaseHole, ...], list[Refusal]]:
-    """Place every hole of a closed mold's base plate, the highest vent first; refuse what has no
-    room."""
+    """Place a closed mold's holes in its base, the highest vent first; refuse what has no room."""
     mold, limits = plan.design.mold, plan.limits
     base, box = _base(plan), core_below(plan)
     vent = max(VENT_MM, limits.hole_mm) if mold.vent_mm is None else mold.vent_mm

@@ -137,8 +137,7 @@ def as_bar(bar: PlateFrame, slot: Slot) -> PlateFrame:
 
 
 def webs(slots: Sequence[Slot]) -> tuple[IntArray, IntArray, Array]:
-    """Every pair of slots (first, second) of one side, and the distance between them, mm; 0: they
-    overlap."""
+    """Pairs of slots (first, second) of a side, and their distances, mm; 0: they overlap."""
     pairs = np.triu_indices(len(slots), 1)
     if not len(pairs[0]):
         return *pairs, np.zeros(0)

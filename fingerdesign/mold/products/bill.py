@@ -70,8 +70,7 @@ def _item(item: str, count: int, made: str, material: str, size: str, **more: An
 
 
 def bill_of_materials(casting: Casting) -> tuple[ItemData, ...]:
-    """Write all lines: what is ordered today first, then what is made, bought, and what a
-    workshop has."""
+    """Write all lines: what is ordered today, then what is made, bought, and in the workshop."""
     plates = sum(pattern.count + spare_of(pattern.count) for pattern in casting.patterns)
     gages = casting.design.gages.faces * plates
     items = (

@@ -199,8 +199,7 @@ def _sound_pitch(design: Design, least: float, apart: float) -> float | None:
 
 
 def placement_worst(placement: Mapping[str, Any] | None) -> float:
-    """The greatest change of a reading by plates off their places, over the largest reading; 0
-    where it is not known."""
+    """Greatest change of a reading by plates off their places, over the largest; 0: not known."""
     if placement is None or placement.get("reason") is not None:
         return 0.0
     row = placement.get("row", {"together": {"worst": 0.0}})

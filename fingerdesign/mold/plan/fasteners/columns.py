@@ -152,8 +152,7 @@ def _free_height(rim: float, room: float, taken: Array, floor: float = 0.0) -> f
 
 
 def pin_height(plan: MoldPlan, columns: Columns, small: bool = True) -> float | None:
-    """Height of the pins along z on the side walls' ends, of the small size or of both; None where
-    none fits."""
+    """Height of the pins along z on the side walls' ends, small or big; None where none fits."""
     diameter = columns.small if small else columns.big
     near = plan.corner - columns.gap - (columns.reach if columns.limits.dowels else 0.0)
     every = _obstacles(plan, "+x", "-x")
@@ -280,11 +279,7 @@ def fit_of(plan: MoldPlan) -> Fit:
     """Find places for all fasteners of a closed mold."""
     columns = _closed_columns(plan)
     height, level = z_bolt_height(plan, columns), pin_height(plan, columns)
-    return Fit(
-        columns,
-        height,
-        level,
-        pin_height(plan, columns, small=False),
-        tuple(_insert_bolts(plan, columns, height is None)),
-        tuple(_insert_pins(plan, columns, level is None)),
-    )
+    both = pin_height(plan, columns, small=False)
+    bolts = _insert_bolts(plan, columns, height is None)
+    pins = _insert_pins(plan, columns, level is None)
+    return Fit(columns, height, level, both, tuple(bolts), tuple(pins))

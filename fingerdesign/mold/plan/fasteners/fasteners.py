@@ -84,8 +84,7 @@ def with_mount(plan: MoldPlan) -> MoldPlan:
 def insert_pin(
     plan: MoldPlan, columns: Columns, place: tuple[float, float], small: bool, into: str
 ) -> Pin:
-    """A pin below the insert at (x, z): its root is at the greatest height of the walls' top around
-    it."""
+    """A pin below the insert at (x, z), its root at the greatest height of the walls' top there."""
     x, z = place
     steps = columns.socket * np.array([-1.0, 0.0, 1.0])
     around = [seam_height(plan, x + i, z + k) for i, k in product(steps, steps)]
