@@ -90,8 +90,7 @@ def _verdicts(data: MoldData) -> Iterator[Verdict]:
         words = words if gage else "none on sale fits the plates"
         yield Verdict("pass" if gage else "fail", "gage", words)
     if data["parts"]:
-        bolts = (e["count"] for e in data["bill"] if e["item"] in ("bolt", "threaded rod"))
-        yield Verdict("note", "parts", f"{len(data['parts'])} parts and {sum(bolts)} bolts")
+        yield Verdict("note", "parts", f"{len(data['parts'])} parts and {_bolts(data)} bolts")
     if data["hours"]:
         yield Verdict("note", "hands-on", hours_words(data["hours"]))
 
@@ -108,6 +107,10 @@ def _fixes(data: MoldData) -> tuple[Fix, ...]:
     lines = data["sensor"]["fix"]
     effect = "mends what is named" if len(lines) == 1 else "all of them mend what is named"
     return tuple(Fix(line, effect) for line in lines)
+
+
+def _bolts(data: MoldData) -> int:
+    return sum(each["count"] for each in data["bill"] if each["item"] in ("bolt", "threaded rod"))
 
 
 def _findings(data: MoldData) -> Iterator[Item]:

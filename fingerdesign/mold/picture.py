@@ -135,13 +135,13 @@ def _in_view(mesh: PartMesh, name: str, view: View, size: Array) -> Shown:
     if view.way is not None:  # from where it comes
         away = point(-0.2 * float(size.max()) * np.array([*view.way, 0.0]))
         if name in (PLATES, MOUNT):  # they stay: legs are bent, the hand is below
-            return Shown(mesh.name, mesh, colour, way=point(-each for each in away))
+            return Shown(mesh.name, mesh, colour, way=point(-np.array(away)))
     elif name == PLATES or (name.startswith("side_wall") and view.up == "+z"):  # from above
         away = point(0.9 * size * camera_axes((0.0, 0.0, 1.0), view.up)[1])
     elif name == f"bolts_{view.up[1]}" and view.up[0] == "-":
-        away = point(-each for each in away)  # a bolt comes from above
+        away = point(-np.array(away))  # a bolt comes from above
     sign = 1.0 if view.verb == "take" else -1.0
-    return Shown(mesh.name, mesh, colour, away, way=point(sign * each for each in away))
+    return Shown(mesh.name, mesh, colour, away, way=point(sign * np.array(away)))
 
 
 def _pale(colour: str) -> str:

@@ -50,8 +50,9 @@ def sensor_of(
 
     "fix": lines for the design that end every reason; none where one of them has no such lines.
     """
-    found, type_ = list(_gage(design, fit)), None if fit is None else fit.found
+    found, type_ = list(_gage(design, fit)), None
     if fit is not None:
+        type_ = fit.found
         found = [*_placed(placement), *found, *_led(design, type_, leads)]
     fix = list(dict.fromkeys(line for _, lines in found for line in lines))
     return {

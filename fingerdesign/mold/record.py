@@ -282,7 +282,8 @@ def mold_record(
     """Write the record of one `fingerdesign mold`; files: names next to the record."""
     plan, placement, casting = outcome.plan, outcome.placement, outcome.casting
     design = plan.design
-    parts, patterns = (casting.meshes.parts, casting.patterns) if casting else ((), ())
+    made = (casting.meshes.parts, casting.patterns, hours_of(casting)) if casting else ((), (), ())
+    parts, patterns, hours = made
     failure = "; ".join(filter(None, (outcome.broken, failure_of(outcome.checks)))) or None
     record: MoldData = plain(
         {
@@ -312,7 +313,7 @@ def mold_record(
             "notes": outcome.notes,
             "coupon": [values_of(LadderData, each) for each in ladders_of(plan.limits)],
             "bill": outcome.items,
-            "hours": hours_of(casting) if casting else (),
+            "hours": hours,
             "files": files,
             "timings_s": dict(timings_s),
             "seconds": seconds,

@@ -87,9 +87,7 @@ def _least_web(assembly: Assembly, part: PartMesh, side: SidePlan, slack: float)
     for share in (0.5,) if sheet else (0.02, 0.5, 0.98):
         level = low + share * (high - low)
         loops = solids.section_loops(assembly.solids[part.name], side.side, level)
-        slots = [] if sheet else [each for each in loops if _is_slot(side, each, level)]
-        others = ([one, other] for one in slots for other in loops if other is not one)
-        for group in [loops] if sheet else others:
+        for group in [loops] if sheet else _next_to_slots(side, loops, level):
             distance, where = solids.least_distance(group)
             if distance < least:
                 least, place = distance, where
@@ -99,6 +97,12 @@ def _least_web(assembly: Assembly, part: PartMesh, side: SidePlan, slack: float)
     text = f"{part.name}: least web {least:.3f} mm, at {place_text(place)} of its outline; "
     text += f"{bound:g} mm can be made"
     return Check.least("least web", part.name, least, bound, text, slack)
+
+
+def _next_to_slots(side: SidePlan, loops: list[Array], level: float) -> list[list[Array]]:
+    """Pairs of outlines in a wall's section, the first of them that of a slot."""
+    slots = [each for each in loops if _is_slot(side, each, level)]
+    return [[each, other] for each in slots for other in loops if other is not each]
 
 
 def _is_slot(side: SidePlan, loop: Array, level: float) -> bool:
