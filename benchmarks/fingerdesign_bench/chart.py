@@ -1,25 +1,18 @@
 """Parts of the charts: a figure with small text at its foot, and plain logarithmic axes."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fingerdesign.report.style import PAPER, SERIES, canvas
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
+from fingerdesign.report.style import PAPER, SERIES, Axes, Axis, Canvas, canvas
 
 _WIDTH, _LINE = 12.5, 0.165  # Inches: the figure, a line of small text.
 _LETTERS = 215  # of a line of small text
 _MANY = 1000.0  # An axis over more than these decades has ticks at 1 alone.
 
 
-def footed(height: float, foot: Sequence[str], title: str = "") -> tuple[Figure, Any]:
+def footed(height: float, foot: Sequence[str], title: str = "") -> tuple[Canvas, Any]:
     """Return a figure with its foot, and the part above the foot, ``height`` inches tall."""
     lines = [
         part
@@ -37,7 +30,7 @@ def footed(height: float, foot: Sequence[str], title: str = "") -> tuple[Figure,
     return figure, top
 
 
-def save(figure: Figure, path: Path, dpi: float = 110.0) -> Path:
+def save(figure: Canvas, path: Path, dpi: float = 110.0) -> Path:
     """Save a figure as a picture."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=dpi, facecolor=PAPER)

@@ -6,6 +6,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import psutil
+from threadpoolctl import threadpool_info
+
 from fingerdesign.version import versions
 
 _MORE = ("mkl", "threadpoolctl", "matplotlib")
@@ -14,9 +17,6 @@ _THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 def machine() -> dict[str, Any]:
     """Processor, cores, memory, load, versions and threads, as JSON holds them."""
-    import psutil
-    from threadpoolctl import threadpool_info
-
     found = dict(versions())
     for name in _MORE:
         try:

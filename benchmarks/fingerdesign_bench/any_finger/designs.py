@@ -4,16 +4,17 @@ A design is drawn from ``RANGES``, judged, and drawn again from the same generat
 sound. Kinds go with the seed, so that of any 200 in a row each is at least a tenth.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import tomlkit
 
+from fingerdesign.checks.design import is_sound
+from fingerdesign.checks.load import parse_design
+from fingerdesign.design.schema import Design
+from fingerdesign.design.step import resolved
 from fingerdesign.errors import FingerDesignError
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
+from fingerdesign_bench.any_finger.step_samples import SHAPES, sample_step
 
 Data = dict[str, Any]
 Generator = np.random.Generator
@@ -79,10 +80,6 @@ def random_design(seed: int) -> Data:
 
 def parsed_design(seed: int) -> Design:
     """The same as a design."""
-    import tomlkit
-
-    from fingerdesign.checks.load import parse_design
-
     return parse_design(tomlkit.dumps(random_design(seed)))
 
 
@@ -107,10 +104,6 @@ def drawn(name: str, chance: Generator, chosen: tuple[str, ...]) -> Data:
 
 
 def _sound(data: Data) -> bool:
-    from fingerdesign.checks.design import is_sound
-    from fingerdesign.design.schema import Design
-    from fingerdesign.design.step import resolved
-
     known, faults = resolved(data)
     return not faults and is_sound(Design.model_validate(known))
 
@@ -172,8 +165,6 @@ def _core(chance: Generator, shape: str, width: float, depth: float, base: float
 
 def _step_body(chance: Generator, width: float, depth: float, base: float) -> tuple[Data, float]:
     """A [body] of a sample STEP file; its sizes are the file's."""
-    from fingerdesign_bench.any_finger.step_samples import SHAPES, sample_step
-
     shape = str(chance.choice(list(SHAPES)))
     crown = _draw(chance, "crown of a STEP body, mm", 1)
     # Sizes in steps, so that a body drawn again is one that was made before.

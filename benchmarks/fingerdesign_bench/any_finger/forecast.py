@@ -14,8 +14,14 @@ import numpy as np
 
 import fingerdesign.analysis
 from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.forecast.forecast import forecast_case
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.design.shipped import load_scene
+from fingerdesign.pipeline import analyse_into
 from fingerdesign.runtime.files import scratch
+from fingerdesign.runtime.machine import Machine, measure_machine, processor_seconds
 from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.any_finger.designs import parsed_design
 from fingerdesign_bench.check import Check, Shown
 from fingerdesign_bench.fidelity.pairs import pairs
 from fingerdesign_bench.files import Record, apart, code_version, resumed
@@ -125,10 +131,6 @@ def name_of(pair: Record) -> str:
 
 def case_of(pair: Record) -> Case:
     """The case of a pair."""
-    from fingerdesign.checks.load import load_design, with_values
-    from fingerdesign.design.shipped import load_scene
-    from fingerdesign_bench.any_finger.designs import parsed_design
-
     name = str(pair["design"])
     if name.startswith("pair_"):
         drawn = pairs()[int(name.removeprefix("pair_"))]
@@ -153,10 +155,6 @@ def measure_pair(pair: Record, folder: Path) -> Record:
     The forecast's time is for the machine as it was right before and right after the run: other
     work on it slows both.
     """
-    from fingerdesign.analysis.forecast.forecast import forecast_case
-    from fingerdesign.pipeline import analyse_into
-    from fingerdesign.runtime.machine import Machine, measure_machine, processor_seconds
-
     case = case_of(pair)
     before = measure_machine()
     start = time.perf_counter()

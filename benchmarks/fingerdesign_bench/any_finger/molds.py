@@ -4,27 +4,29 @@ A case is a shipped design's name or the seed of a random one; each is made in a
 Records are stored in molds.sqlite, by case: an interrupted run goes on where it stopped.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import statistics
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import fingerdesign.mold
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.mold.make import make_mold
+from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.plan.refusals import MoldRefused
+from fingerdesign.mold.plan.remedies import remedied
+from fingerdesign.mold.record import MoldData
 from fingerdesign.runtime.files import scratch
 from fingerdesign.runtime.progress import Report
+from fingerdesign_bench.any_finger.designs import kinds, parsed_design
 from fingerdesign_bench.check import Check, Shown
 from fingerdesign_bench.files import CRASHED, Record, apart, code_version, resumed
 from fingerdesign_bench.machine import machine
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.record import MoldData
 
 TIME_LIMIT_S = 300.0  # of one mold, CAD and pictures and all: fifteen times the target
 JOURNAL = "molds.sqlite"
@@ -40,8 +42,6 @@ _BOUND = re.compile(r"^at (?:least|most) ([\d.]*\d)")
 
 def measure_molds(folder: Path, report: Report, seeds: int, workers: int) -> Shown:
     """Make molds that ``folder`` has no record of yet: of shipped designs and ``seeds`` others."""
-    from fingerdesign.design.shipped import shipped_names
-
     begun = machine()
     cases = {name: name for name in (*shipped_names(), *(str(seed) for seed in range(seeds)))}
     version = code_version(Path(str(fingerdesign.mold.__file__)).parent)
@@ -127,10 +127,6 @@ def mold_one(case: str) -> Record:
     seconds: from the design to the last file, without those to start Python and to draw the design;
     cpu_s: of this process and of those that it waited for, which a busy machine stretches less.
     """
-    from fingerdesign.mold.make import make_mold
-    from fingerdesign.mold.plan.refusals import MoldRefused
-    from fingerdesign.mold.plan.remedies import remedied
-
     design, kinds = design_of(case)
     record: Record = {"name": design.design.name, "kinds": kinds}
     start, before = time.perf_counter(), sum(os.times()[:4])
@@ -151,12 +147,6 @@ def mold_one(case: str) -> Record:
 def after_remedies(design: Design, faults: Sequence[Fault]) -> tuple[str, str]:
     """The first remedies of a refusal that lead to a plan ("key = value, ..."; "": none did), and
     what then becomes of the mold: "made", "failed" or "refused"."""
-    from fingerdesign.checks.load import with_values
-    from fingerdesign.mold.make import make_mold
-    from fingerdesign.mold.plan.planning import plan_mold
-    from fingerdesign.mold.plan.refusals import MoldRefused
-    from fingerdesign.mold.plan.remedies import remedied
-
     tried: dict[str, object] = {}
     for _ in range(ROUNDS):
         for values in [values for fault in faults for values in remedies_of(fault)]:
@@ -216,9 +206,6 @@ def reported(report: MoldData) -> Record:
 
 def design_of(case: str) -> tuple[Design, list[str]]:
     """The design of a case, and its kinds: body, "edged", "cored", plates; or "shipped", body."""
-    from fingerdesign.checks.load import load_design
-    from fingerdesign_bench.any_finger.designs import kinds, parsed_design
-
     if case.isdigit():
         return parsed_design(int(case)), list(kinds(int(case)))
     design = load_design(case)

@@ -1,18 +1,11 @@
 """The ladder against one model for all: its price, what holds, and whether it knows its error."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.fidelity.estimate import of_most
-from fingerdesign.report.style import canvas
+from fingerdesign.report.style import Axes, canvas
 from fingerdesign_bench.chart import save
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from fingerdesign_bench.fidelity.judge import FidelityBench
+from fingerdesign_bench.fidelity.judge import FidelityBench
 
 _MARKS = {0.01: "o", 0.02: "s", 0.05: "^", 0.1: "D"}
 _COLOURS = {"plane strain": "#d2560a", "3-D": "#0b6fb0"}

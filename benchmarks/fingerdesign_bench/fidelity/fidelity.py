@@ -5,8 +5,6 @@ solved once; the ladder then climbs on these records, and each single rung is ju
 model for all". Errors are against much finer models in space, shipped with the program.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import asdict
 from importlib import resources

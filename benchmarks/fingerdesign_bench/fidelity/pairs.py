@@ -6,19 +6,18 @@ wide, gages read on one face or on both. Each is pressed by a plane, once along 
 and once of forces, to partial slip. Tolerances 1, 2, 5 and 10 % take turns.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
+from fingerdesign.checks.load import parse_design
+from fingerdesign.design.io import parse_scene
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.bodies import crest_height
 
 SEED, FINGERS = 20261120, 15
 KINDS = ((3.0, 6.0, 3), (12.0, 24.0, 1), (40.0, 60.0, 0))  # depths, mm; plates at the most
@@ -71,8 +70,6 @@ def pairs(fingers: int = FINGERS, seed: int = SEED) -> list[Pair]:
 
 def random_finger(rng: np.random.Generator, number: int) -> Design:
     """One finger of the ranges above, to be extruded."""
-    from fingerdesign.checks.load import parse_design
-
     low, high, most_plates = KINDS[(0, 1, 0, 2)[number % 4]]
     width = float(rng.uniform(12.0, 22.0))
     depth = float(rng.uniform(low, high))
@@ -105,8 +102,6 @@ mesh.mesher = "sweep"
 
 def random_scene(rng: np.random.Generator, design: Design, control: str) -> Scene:
     """A plane pressed 0.08 to 0.25 mm, or with about the force of that, then pulled to slip."""
-    from fingerdesign.design.io import parse_scene
-
     approach, friction = float(rng.uniform(0.08, 0.25)), float(rng.uniform(0.3, 0.8))
     pull = float(rng.uniform(0.5, 0.8))
     steps = (0.35, 0.7, 1.0)
@@ -130,8 +125,6 @@ def force_at(design: Design, approach: float) -> float:
 
     It is part of what the references were made for, and stays as it is.
     """
-    from fingerdesign.layout.bodies import crest_height
-
     material, body = design.material_of("body"), design.body
     modulus = material.youngs_modulus_MPa / (1.0 - material.poissons_ratio**2)
     across = body.kind.curvatures(body)[0]

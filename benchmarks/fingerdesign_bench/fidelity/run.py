@@ -5,25 +5,19 @@ that was busy with other work as well (the mesher's by the clock). References, m
 space, are computed once and shipped (fidelity_references.json).
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fingerdesign.analysis.fidelity.ladder import GROWTH
-from fingerdesign.analysis.fidelity.models import Dimension, Model
+from fingerdesign.analysis.fidelity.models import Dimension, InTurn, Model
 from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, rung
 from fingerdesign.errors import FingerDesignError
 from fingerdesign_bench.fidelity.pairs import Pair, pairs
 from fingerdesign_bench.files import Record
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.fidelity.models import InTurn
-
 
 MOST_DOFS = 150_000  # of the rungs, so that references can be finer than they
 REFERENCE_SCALES = (0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0)
@@ -72,8 +66,6 @@ def rungs_of() -> list[tuple[Dimension, float]]:
 
 def solve_rungs(pair: Pair) -> list[Record]:
     """All rungs of a pair, the finest as far as the ladder would go."""
-    from fingerdesign.analysis.fidelity.models import InTurn
-
     solve = InTurn()
     found: list[Record] = []
     last = (0, 0.0)
@@ -108,8 +100,6 @@ def _record(pair: Pair, dimension: Dimension, scale: float, solve: InTurn) -> Re
 
 def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
     """The much finer model in space: plates as the design says, more layers, smaller sizes."""
-    from fingerdesign.analysis.fidelity.models import InTurn
-
     sizes = [s for s in REFERENCE_SCALES if dofs_at_one * s**-GROWTH <= _REFERENCE_DOFS]
     scale = sizes[0] if sizes else REFERENCE_SCALES[-1]
     solve, coarsest = InTurn(), SPACE_SCALES[0]  # which shows how wide a zone it takes
@@ -129,8 +119,6 @@ def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
 def solve_finest(pair: Pair, dofs_at_one: int) -> list[Record]:
     """The finest size of all, where the ladder of the pair ends before it: one model for all has
     it everywhere. As near to it as the machine's memory lets; none where the rungs have it."""
-    from fingerdesign.analysis.fidelity.models import InTurn
-
     finest = SPACE_SCALES[-1]
     if dofs_at_one * finest**-GROWTH <= MOST_DOFS:
         return []
@@ -144,8 +132,6 @@ def solve_finest(pair: Pair, dofs_at_one: int) -> list[Record]:
 
 def work(task: tuple[str, int, int]) -> Record:
     """The "records" of one task of a pair: kind, number, and its equations at scale 1."""
-    from threadpoolctl import threadpool_limits
-
     kind, number, dofs = task
     pair = pairs()[number]
     try:

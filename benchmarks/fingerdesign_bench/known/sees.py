@@ -12,6 +12,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import lru_cache
 from importlib import import_module
@@ -61,8 +62,6 @@ def _stiffer(own: Any) -> Any:
 
 
 def _rougher(own: Any) -> Any:
-    from dataclasses import replace
-
     def changed(law: Any, areas: Any) -> Any:
         steeper = {"coefficient": 1.01 * law.coefficient} if law.is_coulomb else {}
         return own(replace(law, **steeper), areas)

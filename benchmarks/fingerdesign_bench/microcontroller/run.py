@@ -9,8 +9,6 @@ Cycles are an upper estimate: each instruction's most in Arm's table for the Cor
 instruction reads a floating-point result. Flash has no wait states.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -4,15 +4,13 @@ Both in plane strain, as the paper's model. The twin is the same body with the p
 the model (``plates.model = "none"``): the paper's "homogeneous elastic body".
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.path import object_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.arrays import Array, BoolArray
@@ -20,14 +18,12 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.contact.measures import completely_slips, level_sets
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.fem.model import FiniteElementModel
 from fingerdesign.layout.surface import surface_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.fem.model import FiniteElementModel
-    from fingerdesign.layout.zone import Zone
+from fingerdesign.layout.zone import Zone
 
 Rows = list[tuple[float, float]]
 
@@ -74,8 +70,6 @@ class PaperCase:
 
 def check_case(design: Design, scene: Scene) -> Case:
     """The case, with every fault of the design that keeps the figures from being made."""
-    from fingerdesign.analysis.forecast.limits import refuse
-
     case = Case(design, None, "plane-strain", fields=False)
     if len(case.gage_array) < _LEAST_GAGES:
         remedy = "add plates in one row along x: the figures are about an array of gages"

@@ -3,27 +3,21 @@
 A verdict is "yes", "partly" or "no" by the bounds that stand here.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.schema import Design
+from fingerdesign.records.arrays import ContactHistory, SlipStudy
+from fingerdesign.records.result import IncrementResult
 from fingerdesign.report.page import paragraphs
-from fingerdesign_bench.paper.lifts import ROUTE_FRICTION, Lift
-from fingerdesign_bench.paper.measurement import MEASURED_FRICTIONS, SAMPLE_NOISE, noise_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.records.arrays import ContactHistory, SlipStudy
-    from fingerdesign.records.result import IncrementResult
-    from fingerdesign_bench.paper.lifts import Route
-    from fingerdesign_bench.paper.measurement import Rig
-    from fingerdesign_bench.paper.rectangles import Rectangles
+from fingerdesign_bench.paper.lifts import ROUTE_FRICTION, Lift, Route
+from fingerdesign_bench.paper.measurement import MEASURED_FRICTIONS, SAMPLE_NOISE, Rig, noise_of
+from fingerdesign_bench.paper.rectangles import Rectangles
 
 TEMPLATES = Path(__file__).parent / "templates"
 

@@ -1,21 +1,15 @@
 """Parts of the remade figures: a drawing as PNG, SVG and inline, its data as CSV."""
 
-from __future__ import annotations
-
 import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.records.base import write_csv
 from fingerdesign.report.page import paragraphs
-from fingerdesign.report.style import PAPER, ReportFigure, inline_svg
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Canvas
-
+from fingerdesign.report.style import PAPER, Canvas, ReportFigure, inline_svg
 
 WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
 _DIGITS = 6  # of a number in a CSV file

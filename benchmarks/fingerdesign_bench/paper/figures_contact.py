@@ -1,8 +1,7 @@
 """Figures 3, 6, 7 and 8 of the paper: rectangles, eight steps, stick map, gages' responses."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,18 +13,12 @@ from fingerdesign.analysis.page.contact import (
     touched_reach,
 )
 from fingerdesign.analysis.page.gage import shade_over
-from fingerdesign.records.arrays import SLIP, STICK
+from fingerdesign.records.arrays import SLIP, STICK, ContactHistory, SlipStudy
+from fingerdesign.records.result import IncrementResult
 from fingerdesign.report import style
+from fingerdesign.report.style import Axes
 from fingerdesign_bench.paper.figures import PaperFigure, paper_figure
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
-
-    from fingerdesign.records.arrays import ContactHistory, SlipStudy
-    from fingerdesign.records.result import IncrementResult
-    from fingerdesign_bench.paper.rectangles import Rectangles
+from fingerdesign_bench.paper.rectangles import Rectangles
 
 _LOOK = {STATUS_NAMES[status]: look for status, look in STATUS_LOOK.items()}
 _DRAWN_TURN = 14.0  # degrees: how far the most turned rectangle of a panel is drawn

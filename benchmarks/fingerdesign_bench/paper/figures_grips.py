@@ -1,24 +1,15 @@
 """Figures 2, 10 and 12 of the paper: the way of the forces to the lift."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
+from fingerdesign.records.arrays import GripTrace
 from fingerdesign.report import style
+from fingerdesign.report.style import Axes
 from fingerdesign_bench.paper.figures import PaperFigure, paper_figure, shades
-from fingerdesign_bench.paper.measurement import noise_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from matplotlib.axes import Axes
-
-    from fingerdesign.records.arrays import GripTrace
-    from fingerdesign_bench.paper.lifts import Lift, Route
-    from fingerdesign_bench.paper.measurement import Measured, Rig
-
+from fingerdesign_bench.paper.lifts import Lift, Route
+from fingerdesign_bench.paper.measurement import Measured, Rig, noise_of
 
 _TRACE_COLUMNS = (
     *("step", "normal_force_N", "tangential_force_N", "friction_limit_N", "stick_ratio"),

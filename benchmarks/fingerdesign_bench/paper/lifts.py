@@ -6,11 +6,8 @@ Fig. 2   one of these lifts, its target point (mg/2mu, mg/2), and two other rout
          and then shear alone
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,10 +22,7 @@ from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.control.signals import Calibration
 from fingerdesign.design.grip import weight_per_finger
-
-if TYPE_CHECKING:
-    from fingerdesign_bench.paper.case import PaperCase
-
+from fingerdesign_bench.paper.case import PaperCase
 
 LIFTED_FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 ROUTE_FRICTION = 0.3

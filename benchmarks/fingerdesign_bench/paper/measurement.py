@@ -13,22 +13,17 @@ of F_t and a larger fall of A than the design's own (RIG_SETTINGS). Of the pairs
 ones come too late at a friction of 0.3.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.episode import Episode
 from fingerdesign.control.plants.hardware import Hardware
+from fingerdesign_bench.paper.case import PaperCase
 from fingerdesign_bench.paper.lifts import calibration, grip
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fingerdesign_bench.paper.case import PaperCase
 
 HowItEnded = Literal["lifted", "slipped", "not lifted"]
 

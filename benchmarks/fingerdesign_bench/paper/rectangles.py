@@ -13,24 +13,17 @@ A rectangle's shear angle is the sum of the turns of its two middle lines, in de
 the object drags the surface toward +x.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import limits
+from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.readout import displacement_rows
-from fingerdesign_bench.paper.case import above, follow_rows, surface_heights
-
-if TYPE_CHECKING:
-    from fingerdesign.contact.path import Step
-    from fingerdesign_bench.paper.case import PaperCase
-
+from fingerdesign_bench.paper.case import PaperCase, above, follow_rows, surface_heights
 
 COUNT = 11  # as in the paper's Fig. 3
 _STICKING = 5  # of them, as in its Fig. 3 (b): 4 to 8

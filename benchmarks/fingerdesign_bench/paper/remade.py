@@ -7,20 +7,21 @@ Figures 1, 4, 5, 9 and 11 of the paper are drawings of what was built and planne
 made here, in plane strain as there.
 """
 
-from __future__ import annotations
-
 import json
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.analysis.case import fundamental_scene, result_digest
 from fingerdesign.analysis.path import contact_history, increment_result
 from fingerdesign.analysis.slip_study import slip_studies
 from fingerdesign.analysis.stages import in_wide_zone, zone_of
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.zone import Zone
 from fingerdesign.records.base import ResultError
 from fingerdesign.report.page import render_page
 from fingerdesign.report.style import house_style
@@ -28,7 +29,7 @@ from fingerdesign.runtime.files import move_into, whole_folder
 from fingerdesign.runtime.threads import one_thread
 from fingerdesign.version import versions
 from fingerdesign_bench.paper import lifts as lifting
-from fingerdesign_bench.paper.case import FRICTIONS, build_case, check_case
+from fingerdesign_bench.paper.case import FRICTIONS, PaperCase, build_case, check_case
 from fingerdesign_bench.paper.claims import TEMPLATES, Remade, claims_of
 from fingerdesign_bench.paper.figures import PaperFigure
 from fingerdesign_bench.paper.figures_contact import (
@@ -38,16 +39,8 @@ from fingerdesign_bench.paper.figures_contact import (
     stick_map_figure,
 )
 from fingerdesign_bench.paper.figures_grips import lifts_figure, measured_figure, route_figure
-from fingerdesign_bench.paper.measurement import SAMPLES, SEEDS, rig_of
+from fingerdesign_bench.paper.measurement import SAMPLES, SEEDS, Rig, rig_of
 from fingerdesign_bench.paper.rectangles import rectangles
-
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.zone import Zone
-    from fingerdesign_bench.paper.case import PaperCase
-    from fingerdesign_bench.paper.measurement import Rig
-
 
 Report = Callable[[str, float], None]
 

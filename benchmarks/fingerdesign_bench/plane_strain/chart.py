@@ -1,20 +1,14 @@
 """The plane-strain map drawn: where plane strain holds within 1, 2, 5, 10, 20, 40 and 80 %."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.report.style import INK, MUTED, PAPER, canvas, house_style
+from fingerdesign.report.style import INK, MUTED, PAPER, Axes, canvas, house_style
 from fingerdesign.validate.plane_strain import PlaneStrainMap
 from fingerdesign_bench.chart import fixed_ticks, save
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
 # One hue from light (small errors) to dark: readable without colour, and in print.

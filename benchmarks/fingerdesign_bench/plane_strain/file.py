@@ -4,24 +4,22 @@
 [scene] friction, approaches, shear      [mesh] element sizes      [[also]] one-off changes
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError
 
+from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.base import Many, Table
 from fingerdesign.design.faults import fault_of
 from fingerdesign.design.io import parse_toml, read_text
+from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import shipped_path
 from fingerdesign.errors import DesignError, Fault
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 SHIPPED = "plane_strain.toml"
 MOST_MODELS = 2000  # of one study: at a third of a minute each, half a day
@@ -90,8 +88,6 @@ class Point:
 
 def shipped_study() -> Path:
     """The study file that comes with the program."""
-    from fingerdesign.design.shipped import shipped_path
-
     return shipped_path("maeno2000").parent / "studies" / SHIPPED
 
 
@@ -128,8 +124,6 @@ def points_of(study: StudyFile, quick: bool = False) -> Iterator[Point]:
 
 
 def _base(study: StudyFile) -> Design:
-    from fingerdesign.checks.load import load_design, with_values
-
     name = {"design.name": study.study.name, "mesh.element": "mixed", "mesh.mesher": "sweep"}
     return with_values(load_design(study.study.base), name | study.fixed)
 
@@ -164,8 +158,6 @@ def _validated(kind: type[_Table], data: Mapping[str, Any], source: str) -> _Tab
 
 def _changed(base: Design, values: Mapping[str, Any]) -> Design:
     """The design with keys set; "x / y" is a share of y; plates of no span are left out."""
-    from fingerdesign.checks.load import with_values
-
     plain = {key: value for key, value in values.items() if "/" not in key}
     for key, share in values.items():
         if "/" not in key:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.runtime.progress import Report
 from fingerdesign.validate.plane_strain import (
     QUANTITIES,
@@ -40,8 +41,6 @@ def measure_plane_strain(folder: Path, report: Report, quick: bool, study: Path 
 
     The record has the table that ships: points, also, rules, uncertainty.
     """
-    from fingerdesign.mesh.section.netgen import start_mesher
-
     begun = machine()
     points = list(points_of(read_study(study if study is not None else shipped_study()), quick))
     start_mesher()

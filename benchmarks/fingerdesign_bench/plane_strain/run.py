@@ -6,26 +6,24 @@ in 3-D, in plane strain by the same motions, and in plane strain by the forces o
 compares them. Records are stored in a journal, so that a run that was stopped goes on.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from fingerdesign.analysis.fidelity.models import Model, Solved, solve
+from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.arrays import Array
+from fingerdesign.design.mesh import SectionMesh
+from fingerdesign.design.scene import Scene
 from fingerdesign.errors import SolverError
+from fingerdesign.layout.bodies import crest_height
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.files import Record, resumed
 from fingerdesign_bench.plane_strain.file import Point
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.fidelity.models import Model, Solved
-    from fingerdesign.analysis.fidelity.readings import Readings
-    from fingerdesign.design.scene import Scene
 
 JOURNAL = "plane_strain.sqlite"
 FORMAT = 1  # It is raised when the meaning of the records changes.
@@ -57,9 +55,6 @@ def compare(point: Point) -> Record:
     """One model's record: what it is, its cost, and for each approach the readings of "space" (the
     3-D model), "motion" (plane strain, equal motion) and "force" (equal force; None with "why"
     where plane strain cannot carry the forces)."""
-    from fingerdesign.analysis.fidelity.models import solve
-    from fingerdesign.layout.bodies import crest_height
-
     deepest = scene_of(point, max(point.scene.approach_mm))
     flat, solid = models_of(point)
     section, space = solve(point.design, deepest, flat), solve(point.design, deepest, solid)
@@ -84,9 +79,6 @@ def compare(point: Point) -> Record:
 
 def models_of(point: Point) -> tuple[Model, Model]:
     """Plane strain and 3-D on the same section."""
-    from fingerdesign.analysis.fidelity.models import Model
-    from fingerdesign.design.mesh import SectionMesh
-
     own = {name: getattr(point.mesh, name) for name in SectionMesh.model_fields}
     sizes = SectionMesh.model_construct(**own)
     return (
@@ -103,8 +95,6 @@ def scene_of(point: Point, approach: float) -> Scene:
 
 
 def _scene(point: Point, path: dict[str, Any]) -> Scene:
-    from fingerdesign.design.scene import Scene
-
     rigid = {"friction_coefficient": point.scene.friction_coefficient}
     return Scene.model_validate({"object": rigid, "path": path})
 

@@ -1,10 +1,7 @@
 """Condensed against full, and what condensing costs over factoring and over the machine's limit."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +11,10 @@ from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.model import build_model
 from fingerdesign.fem.system import assemble_system
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.mesh.types import Mesh
 from fingerdesign_bench.check import Check
-
-if TYPE_CHECKING:
-    from fingerdesign.mesh.types import Mesh
-
 
 LARGE = """
 design.name = "large"
@@ -71,8 +67,6 @@ def cost_checks(repeats: int = 3) -> list[Check]:
     ``repeats``, the rate the greatest, taken in turn so that other work disturbs all alike. Meshing
     is not included; the element is the one that the material asks for.
     """
-    from fingerdesign.mesh.section.extrude import extrude
-
     design = parse_design(LARGE)
     mesh = extrude(design, Zone(_ZONE))
     alone, condense, whole, rates = [], [], [], []
@@ -113,9 +107,6 @@ def dense_rate(size: int = 4000) -> float:
 
 def condensation_checks() -> list[Check]:
     """Exactness on the reference finger in the section and extruded, and the cost."""
-    from fingerdesign.mesh.section.extrude import extrude
-    from fingerdesign.mesh.section.section import mesh_section
-
     design = load_design("maeno2000")
     coarse = with_values(design, {"mesh.mesher": "sweep", "mesh.layers": 6})
     return [

@@ -5,8 +5,6 @@ does; for the rest their bases are fixed: the box swings from rest under gravity
 is pushed at a fixed step to find by trial the mass from which it stays.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import asdict, dataclass
 from typing import Any

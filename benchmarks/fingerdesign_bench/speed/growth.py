@@ -1,20 +1,15 @@
 """Growth of time and memory with the model: power laws fitted to a series of meshes, and drawn."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from fingerdesign.report.style import SERIES, house_style
+from fingerdesign.report.style import SERIES, Axes, house_style
 from fingerdesign_bench.chart import dots, footed, save, tick
 from fingerdesign_bench.machine import caption
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 _POINTS = 3  # through fewer a law is not fitted
 # quantity of a Size -> what it grows with, and in words

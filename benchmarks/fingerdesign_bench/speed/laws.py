@@ -7,8 +7,6 @@ turn, several times, and the least time of each counts. In the plane and in 3-D,
 kernel where there is one.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -18,10 +18,14 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.analysis.case import Case, fundamental_scene
+from fingerdesign.analysis.path import object_at_touch
+from fingerdesign.analysis.stages import make_mesh, zone_of
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.increment import Increment, Workspace, solve_increment
 from fingerdesign.contact.laws import status_of
+from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
@@ -29,10 +33,13 @@ from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.errors import SolverError
+from fingerdesign.fem.model import build_model
+from fingerdesign.fem.readout import gage_rows
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign_bench.check import Shown
 from fingerdesign_bench.machine import machine
 from fingerdesign_bench.speed import peers_worker
@@ -213,8 +220,6 @@ def _ours(
 ) -> tuple[Array, dict[str, Array]]:
     """Seconds (2, k) of the ``chosen`` increments, from zero forces and along the path; their
     offsets, last forces and answers (k, m, dim)."""
-    from fingerdesign.runtime.threads import one_thread
-
     state, workspace = ContactState.untouched(problem), Workspace()
     seconds, rows = [], []
     with one_thread():
@@ -283,14 +288,6 @@ def _full(fidelity: str, repeats: int, more: Mapping[str, object] | None = None)
     ones and tees on both faces: the largest difference, of the path's largest reading (one plate's
     crosses zero); theirs are means of GetFEM's own displacement gradients over the rectangles.
     """
-    from fingerdesign.analysis.case import Case, fundamental_scene
-    from fingerdesign.analysis.path import object_at_touch
-    from fingerdesign.analysis.stages import make_mesh, zone_of
-    from fingerdesign.contact.path import follow
-    from fingerdesign.fem.model import build_model
-    from fingerdesign.fem.readout import gage_rows
-    from fingerdesign.runtime.threads import one_thread
-
     scene = fundamental_scene()
     values = {"mesh.element": "P2", **MESHES[fidelity], **(more or {})}
     design = with_values(load_design("maeno2000"), values)

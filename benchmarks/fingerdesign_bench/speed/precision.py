@@ -1,7 +1,5 @@
 """Work-precision diagrams: errors of forces, stick ratio and gage strains against wall time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict
 from functools import cache

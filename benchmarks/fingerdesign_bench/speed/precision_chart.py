@@ -1,22 +1,22 @@
 """Pictures of the work-precision diagrams."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from fingerdesign.report.style import COLOURS, SERIES, house_style
+from fingerdesign.report.style import COLOURS, SERIES, Axes, house_style
 from fingerdesign_bench.chart import footed, save, tick
-from fingerdesign_bench.speed.precision_points import NORM, OFF_THE_CHART, QUANTITIES, TIMED
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from fingerdesign_bench.speed.precision_lines import Chart, Group
-    from fingerdesign_bench.speed.precision_points import Point, Precision
+from fingerdesign_bench.speed.precision_lines import Chart, Group
+from fingerdesign_bench.speed.precision_points import (
+    NORM,
+    OFF_THE_CHART,
+    QUANTITIES,
+    TIMED,
+    Point,
+    Precision,
+)
 
 _ROW = 3.0  # Inches: a row of panels.
 

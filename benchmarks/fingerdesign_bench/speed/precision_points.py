@@ -1,7 +1,5 @@
 """Points of the work-precision diagrams, and how they are measured."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from fingerdesign_bench.speed.precision_lines import Chart

@@ -4,13 +4,12 @@ The finger is a shipped one, or the reference finger 6 mm deep with three of its
 much finer meshes can be afforded; the path is pressed, then sheared to partial slip.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+import psutil
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design, with_values
@@ -20,12 +19,15 @@ from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.fem.model import build_model
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import Zone, candidate_zone
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.mesh.tetra.tetwild import tetrahedralise
+from fingerdesign.mesh.types import Mesh, in_tetrahedra
+from fingerdesign.runtime.threads import one_thread
 from fingerdesign.shapes.objects import Plane
-
-if TYPE_CHECKING:
-    from fingerdesign.mesh.types import Mesh
 
 Kind = Literal["plane strain", "extruded", "tetrahedra", "tetwild"]
 Plates = Literal["solid", "sheet", "none"]
@@ -103,9 +105,6 @@ def measured(method: Method, size_mm: float, repeat: bool = True) -> Run:
 
 def run_once(method: Method, size_mm: float) -> Run:
     """Design to last increment, no cache. Raises FingerDesignError where a stage fails."""
-    from fingerdesign.fem.model import build_model
-    from fingerdesign.runtime.threads import one_thread
-
     design = sized(method, size_mm)
     zone = candidate_zone(design, SceneObject(), ROWS[-1][0]).half_width
     seconds, cpu = dict.fromkeys(STAGES, 0.0), _cpu_seconds()
@@ -179,25 +178,16 @@ def _gages(answers: Array) -> tuple[Array, Array]:
 
 def _cpu_seconds() -> float:
     """Processor time of this process and of those that it started, s."""
-    import psutil
-
     own = psutil.Process()
     return float(sum(sum(p.cpu_times()[:4]) for p in (own, *own.children(recursive=True))))
 
 
 def _mesh(method: Method, design: Design, zone: float) -> Mesh:
     if method.kind == "plane strain":
-        from fingerdesign.mesh.section.section import mesh_section
-
         return mesh_section(design, zone)
     if method.kind != "tetwild":
-        from fingerdesign.mesh.section.extrude import extrude
-        from fingerdesign.mesh.types import in_tetrahedra
-
         swept = extrude(design, Zone(zone))
         return in_tetrahedra(swept) if method.kind == "tetrahedra" else swept
-    from fingerdesign.mesh.tetra.tetwild import tetrahedralise
-
     return tetrahedralise(design, Zone(zone), use_cache=False)
 
 

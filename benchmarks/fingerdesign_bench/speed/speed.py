@@ -18,6 +18,7 @@ from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check, Shown, Table
 from fingerdesign_bench.machine import machine
+from fingerdesign_bench.speed.condensation import condensation_checks
 from fingerdesign_bench.speed.coupling import FULL, QUICK, Coupled
 from fingerdesign_bench.speed.growth import Size, draw_growth, fit
 from fingerdesign_bench.speed.speed_worker import GRIP_SPACE
@@ -64,8 +65,6 @@ def measure_speed(folder: Path, report: Report, quick: bool = False) -> Shown:
     and the pads inside MuJoCo in plane strain. The pads are left out where there is no MuJoCo.
     Raises SolverError where a case's process fails.
     """
-    from fingerdesign_bench.speed.condensation import condensation_checks
-
     begun = machine()
     sizes: list[Size] = []
     for contact, far in _PLANE_SIZES[: 3 if quick else None]:

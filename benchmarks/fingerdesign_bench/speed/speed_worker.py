@@ -4,16 +4,31 @@ A new process makes "cold" mean something, and its peak memory is that of the ca
 clock starts every module is imported and the mesher's process has made one small mesh.
 """
 
-from __future__ import annotations
-
 import resource
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from fingerdesign.control.plants.plant import Plant
-    from fingerdesign.design.schema import Design
+from fingerdesign.analysis.case import Case, fundamental_scene
+from fingerdesign.analysis.path import object_at_touch
+from fingerdesign.analysis.stages import condense, make_mesh, zone_of
+from fingerdesign.checks.load import load_design, parse_design, with_values
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.control.calibration import Bounds, calibrate
+from fingerdesign.control.controllers.flow_chart import PaperController
+from fingerdesign.control.episode import run_episode
+from fingerdesign.control.plants.plant import CondensedPlant, Plant
+from fingerdesign.design.io import parse_scene
+from fingerdesign.design.schema import Design
+from fingerdesign.design.shipped import shipped_text
+from fingerdesign.fem.model import build_model
+from fingerdesign.layout.bodies import crest_height
+from fingerdesign.layout.zone import candidate_zone, greatest_approach
+from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.runtime.threads import one_thread
+from fingerdesign.shapes.objects import Plane
+from fingerdesign_bench.speed.coupling import coupled
 
 # The body of the two-code table, at the Poisson's ratio of a rubber.
 HOMOGENEOUS = """
@@ -39,10 +54,6 @@ def timed_path(case: dict[str, Any]) -> dict[str, Any]:
 
     case: fidelity ("plane-strain" or "3d"), contact, far (mm), layers, runs.
     """
-    from fingerdesign.checks.load import parse_design
-    from fingerdesign.design.io import parse_scene
-    from fingerdesign.design.shipped import shipped_text
-
     depth = 1.0 if case["fidelity"] == "plane-strain" else 10.0
     sizes = {key: case[key] for key in ("contact", "far", "layers")}
     design = parse_design(HOMOGENEOUS.format(depth=depth, **sizes))
@@ -55,15 +66,6 @@ def timed_path(case: dict[str, Any]) -> dict[str, Any]:
 
 
 def _one_path(fidelity: str, design: Design, scene: Any) -> dict[str, Any]:
-    from fingerdesign.analysis.stages import make_mesh
-    from fingerdesign.contact.path import follow
-    from fingerdesign.contact.problem import Motion, contact_problem
-    from fingerdesign.fem.model import build_model
-    from fingerdesign.layout.bodies import crest_height
-    from fingerdesign.layout.zone import candidate_zone, greatest_approach
-    from fingerdesign.runtime.threads import one_thread
-    from fingerdesign.shapes.objects import Plane
-
     start = time.perf_counter()
     zone = candidate_zone(design, scene.object, greatest_approach(design, scene))
     mesh = make_mesh(design, fidelity, zone)
@@ -97,8 +99,6 @@ def timed_grip(case: dict[str, Any]) -> dict[str, Any]:
 
     case: fidelity, runs, and values (dotted design keys). Model and calibration are not counted.
     """
-    from fingerdesign.checks.load import load_design, with_values
-
     design = with_values(load_design("maeno2000"), case["values"])
     problem, contact = grip_problem(design, case["fidelity"])
     moves, _ = one_grip(design, problem, 1.0)
@@ -111,11 +111,6 @@ def timed_grip(case: dict[str, Any]) -> dict[str, Any]:
 
 
 def grip_problem(design: Design, fidelity: str) -> tuple[Any, dict[str, Any]]:
-    from fingerdesign.analysis.case import Case, fundamental_scene
-    from fingerdesign.analysis.path import object_at_touch
-    from fingerdesign.analysis.stages import condense, make_mesh, zone_of
-    from fingerdesign.contact.problem import contact_problem
-
     scene = fundamental_scene()
     # Facets alike all over: as many nodes as the bounds on a step's time hold for.
     zone = replace(zone_of(Case(design, None, fidelity), scene), inner=None)
@@ -129,13 +124,6 @@ def one_grip(
     design: Design, problem: Any, share: float, plant: Plant | None = None
 ) -> tuple[int, float]:
     """Moves and seconds of one lift (of ``plant``) with steps of ``share`` of the design's."""
-    from fingerdesign.checks.load import with_values
-    from fingerdesign.control.calibration import Bounds, calibrate
-    from fingerdesign.control.controllers.flow_chart import PaperController
-    from fingerdesign.control.episode import run_episode
-    from fingerdesign.control.plants.plant import CondensedPlant
-    from fingerdesign.runtime.threads import one_thread
-
     values = {
         f"grip.{key}": share * getattr(design.grip, key)
         for key in ("approach_step_mm", "shear_step_mm")
@@ -165,9 +153,6 @@ def one_grip(
 
 
 def _warm_mesher() -> None:
-    from fingerdesign.checks.load import parse_design
-    from fingerdesign.mesh.section.section import mesh_section
-
     tiny = HOMOGENEOUS.format(depth=1.0, contact=1.0, far=3.0, layers=1)
     mesh_section(parse_design(tiny), 2.0)
     # Imported as the case's run needs them: importing is not what is timed.
@@ -184,7 +169,5 @@ def _memory_MB() -> float:
 def timed(case: dict[str, Any]) -> dict[str, Any]:
     """Measurements of a case: of two pads in MuJoCo, of a grip, or of a path."""
     if case.get("mujoco"):
-        from fingerdesign_bench.speed.coupling import coupled
-
         return coupled(case)
     return timed_grip(case) if case.get("grip") else timed_path(case)

@@ -6,8 +6,6 @@ Coulomb's bound, tau0 alone and the power law are equal; the capped one may be l
 Forces beyond friction are left out: they are beyond Coulomb's law alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

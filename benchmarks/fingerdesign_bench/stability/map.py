@@ -1,16 +1,11 @@
 """The stability map drawn: kinds of case against friction coefficient, one panel a method."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from fingerdesign.report.style import Axes
 from fingerdesign_bench.chart import save
 from fingerdesign_bench.stability.run import METHODS, CaseResult, Verdict
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # Colour, letter and words of each verdict; the palette is made for colour-blind readers.
 LOOKS: dict[Verdict, tuple[str, str, str]] = {

@@ -1,7 +1,5 @@
 """One case of the stability map through each method, increment by increment, and its verdict."""
 
-from __future__ import annotations
-
 import signal
 import threading
 import time
@@ -83,6 +81,86 @@ class Witnessed(ZoneExhausted):
 
 class TimeIsUp(Exception):
     """An increment took longer than its limit."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """No answer: the error, or None where the time ran out."""
+
+    error: Exception | None
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Verdicts on one method, by its ``claim`` of accuracy; ``stored``: second answers of the case,
+    for methods whose past is the same."""
+
+    judge: Judge
+    claim: float
+    stored: list[tuple[Past, Motion, Array | None]]
+
+    def second(self, past: Past, motion: Motion) -> Array | None:
+        """Another method's answer."""
+        for earlier, moved, answer in self.stored:
+            if moved == motion and earlier.motion == past.motion:
+                scale = float(np.abs(earlier.force).max())
+                if float(np.abs(earlier.force - past.force).max()) <= 1e-12 * scale:
+                    return answer
+        answer = self.judge.second_answer(past, motion)
+        self.stored.append((past, motion, answer))
+        return answer
+
+    def of_refusal(
+        self, refusal: Refusal, past: Past, row: Row, solvable: bool
+    ) -> tuple[Verdict, str]:
+        """Refused rightly where there is no answer, or none inside the zone; failed otherwise."""
+        error = refusal.error
+        if error is None:
+            return Verdict.HANG, f"no answer in {_SECONDS:g} s of processor time"
+        if not isinstance(error, SolverError):
+            return Verdict.FAILED, f"{type(error).__name__}: {error}"
+        rightly = not solvable and isinstance(error, NoEquilibrium)
+        if isinstance(error, ZoneExhausted) and isinstance(row, Motion):
+            rightly = rightly or self._leaves_the_zone(error, past, row)
+        return (Verdict.REFUSED if rightly else Verdict.FAILED), str(error)
+
+    def _leaves_the_zone(self, error: ZoneExhausted, past: Past, motion: Motion) -> bool:
+        answers = [self.second(past, motion)]
+        force = error.force if isinstance(error, Witnessed) else None
+        if force is not None and self.judge.violation(force, past, motion) <= SHARP:
+            answers.append(force)
+        return any(answer is not None and self.judge.at_rim(answer) for answer in answers)
+
+    def of_answer(self, found: tuple[Array, Motion], past: Past) -> tuple[Verdict, str]:
+        """Right, right but not unique, or wrong, with the reason."""
+        (force, motion), judge = found, self.judge
+        size, answer = judge.violation(force, past, motion), self.second(past, motion)
+        if judge.at_rim(force):
+            return Verdict.WRONG, "answered although the candidate zone is exhausted"
+        loose = self.claim >= LOOSE
+        if size > (10.0 * self.claim if loose else self.claim):
+            return Verdict.WRONG, f"breaks the laws of contact by {size:.0e}"
+        if loose:
+            return self._of_loose_answer(force, answer, past, motion)
+        if answer is None or judge.same(force, answer, motion):
+            return Verdict.RIGHT, ""
+        near = force if size <= SHARP else judge.nearest_answer(force, past, motion)
+        if near is not None and judge.same(near, force, motion):
+            return Verdict.OTHER, "another answer obeys the laws as well"
+        return Verdict.WRONG, "the laws nearly hold, but the sharp answer is elsewhere"
+
+    def _of_loose_answer(
+        self, force: Array, answer: Array | None, past: Past, motion: Motion
+    ) -> tuple[Verdict, str]:
+        """A regularised answer: its total force is held to its claim, its laws to ten times it."""
+        if answer is not None and same_total(force, answer, self.claim):
+            return Verdict.RIGHT, ""
+        near = self.judge.nearest_answer(force, past, motion)
+        if near is None:
+            return Verdict.FAILED, "no sharp answer was found near it to judge it by"
+        if not same_total(force, near, self.claim):
+            return Verdict.WRONG, f"the total force is off by more than {self.claim:.0%}"
+        return (Verdict.RIGHT if answer is None else Verdict.OTHER), ""
 
 
 def run_case(case: Case, model: ReducedModel) -> list[CaseResult]:
@@ -178,13 +256,6 @@ def _follow(case: Case, name: str, step: Stepper, trial: Trial) -> CaseResult:
     return CaseResult(*what, judged, len(case.rows), violation, confirmed, spent)
 
 
-@dataclass(frozen=True)
-class Refusal:
-    """No answer: the error, or None where the time ran out."""
-
-    error: Exception | None
-
-
 def _attempt(step: Stepper, row: Row) -> tuple[Array, Motion] | Refusal:
     try:
         with time_limit(_SECONDS):
@@ -193,79 +264,6 @@ def _attempt(step: Stepper, row: Row) -> tuple[Array, Motion] | Refusal:
         return Refusal(None)
     except Exception as error:  # a crash is a failure of the method, not of the map
         return Refusal(error)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Verdicts on one method, by its ``claim`` of accuracy; ``stored``: second answers of the case,
-    for methods whose past is the same."""
-
-    judge: Judge
-    claim: float
-    stored: list[tuple[Past, Motion, Array | None]]
-
-    def second(self, past: Past, motion: Motion) -> Array | None:
-        """Another method's answer."""
-        for earlier, moved, answer in self.stored:
-            if moved == motion and earlier.motion == past.motion:
-                scale = float(np.abs(earlier.force).max())
-                if float(np.abs(earlier.force - past.force).max()) <= 1e-12 * scale:
-                    return answer
-        answer = self.judge.second_answer(past, motion)
-        self.stored.append((past, motion, answer))
-        return answer
-
-    def of_refusal(
-        self, refusal: Refusal, past: Past, row: Row, solvable: bool
-    ) -> tuple[Verdict, str]:
-        """Refused rightly where there is no answer, or none inside the zone; failed otherwise."""
-        error = refusal.error
-        if error is None:
-            return Verdict.HANG, f"no answer in {_SECONDS:g} s of processor time"
-        if not isinstance(error, SolverError):
-            return Verdict.FAILED, f"{type(error).__name__}: {error}"
-        rightly = not solvable and isinstance(error, NoEquilibrium)
-        if isinstance(error, ZoneExhausted) and isinstance(row, Motion):
-            rightly = rightly or self._leaves_the_zone(error, past, row)
-        return (Verdict.REFUSED if rightly else Verdict.FAILED), str(error)
-
-    def _leaves_the_zone(self, error: ZoneExhausted, past: Past, motion: Motion) -> bool:
-        answers = [self.second(past, motion)]
-        force = error.force if isinstance(error, Witnessed) else None
-        if force is not None and self.judge.violation(force, past, motion) <= SHARP:
-            answers.append(force)
-        return any(answer is not None and self.judge.at_rim(answer) for answer in answers)
-
-    def of_answer(self, found: tuple[Array, Motion], past: Past) -> tuple[Verdict, str]:
-        """Right, right but not unique, or wrong, with the reason."""
-        (force, motion), judge = found, self.judge
-        size, answer = judge.violation(force, past, motion), self.second(past, motion)
-        if judge.at_rim(force):
-            return Verdict.WRONG, "answered although the candidate zone is exhausted"
-        loose = self.claim >= LOOSE
-        if size > (10.0 * self.claim if loose else self.claim):
-            return Verdict.WRONG, f"breaks the laws of contact by {size:.0e}"
-        if loose:
-            return self._of_loose_answer(force, answer, past, motion)
-        if answer is None or judge.same(force, answer, motion):
-            return Verdict.RIGHT, ""
-        near = force if size <= SHARP else judge.nearest_answer(force, past, motion)
-        if near is not None and judge.same(near, force, motion):
-            return Verdict.OTHER, "another answer obeys the laws as well"
-        return Verdict.WRONG, "the laws nearly hold, but the sharp answer is elsewhere"
-
-    def _of_loose_answer(
-        self, force: Array, answer: Array | None, past: Past, motion: Motion
-    ) -> tuple[Verdict, str]:
-        """A regularised answer: its total force is held to its claim, its laws to ten times it."""
-        if answer is not None and same_total(force, answer, self.claim):
-            return Verdict.RIGHT, ""
-        near = self.judge.nearest_answer(force, past, motion)
-        if near is None:
-            return Verdict.FAILED, "no sharp answer was found near it to judge it by"
-        if not same_total(force, near, self.claim):
-            return Verdict.WRONG, f"the total force is off by more than {self.claim:.0%}"
-        return (Verdict.RIGHT if answer is None else Verdict.OTHER), ""
 
 
 @contextmanager

@@ -7,8 +7,6 @@ candidate zone. For a large friction coefficient there may be several answers: e
 laws is right, and is counted apart.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
