@@ -22,6 +22,7 @@ from fingerdesign.mold.plan.refusals import MoldRefused
 from fingerdesign.mold.plan.remedies import remedied
 from fingerdesign.mold.record import MoldData
 from fingerdesign.runtime.files import scratch
+from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.any_finger.designs import kinds, parsed_design
 from fingerdesign_bench.check import Check, Shown
@@ -40,9 +41,9 @@ _CHANGE = re.compile(r"(\w+(?:\.\w+)+)(?: = | to at (?:least|most) )('\w+'|[\d.]
 _BOUND = re.compile(r"^at (?:least|most) ([\d.]*\d)")
 
 
-def measure_molds(folder: Path, report: Report, seeds: int, workers: int) -> Shown:
+def measure_molds(folder: Path, report: Report, seeds: int, workers: int | None) -> Shown:
     """Make molds that ``folder`` has no record of yet: of shipped designs and ``seeds`` others."""
-    begun = machine()
+    begun, workers = machine(), workers or usable_cores()
     cases = {name: name for name in (*shipped_names(), *(str(seed) for seed in range(seeds)))}
     version = code_version(Path(str(fingerdesign.mold.__file__)).parent)
     work = apart("fingerdesign_bench.any_finger.molds:mold_one", TIME_LIMIT_S)

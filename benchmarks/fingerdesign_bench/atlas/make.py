@@ -47,7 +47,9 @@ def candidates() -> dict[str, Candidate]:
     return {name: (each["design"], each.get("values", {})) for name, each in found.items()}
 
 
-def measure_atlas(report: Report, only: Sequence[str] = (), mesher: str = "auto") -> Shown:
+def measure_atlas(
+    _folder: Path, report: Report, only: Sequence[str] = (), mesher: str = "auto"
+) -> Shown:
     """Judge candidates, then make their molds; the atlas is written after each step.
 
     only: of other candidates the entries stay, and their molds serve fingers of the same shape.

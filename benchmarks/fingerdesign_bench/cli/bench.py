@@ -18,12 +18,12 @@ from fingerdesign_cli.terminal import as_json, progress, quiet
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.cli import commands
-from fingerdesign_bench.cli.frame import show
+from fingerdesign_bench.cli.frame import show, work_of
 
 if TYPE_CHECKING:
     from fingerdesign_bench.check import Check, Shown
 
-PARTS = {name: commands.PARTS[name] for name in ("precision", "speed", "stability")}
+PARTS = ("precision", "speed", "stability")
 
 
 class BenchGroup(Group):
@@ -62,7 +62,7 @@ def command(context: click.Context, folder: Path, quick: bool) -> int | None:
             )
         return None
     with progress("bench", not as_json()) as report:
-        found, failures = run_parts(folder, report, quick, PARTS)
+        found, failures = run_parts(folder, report, quick, {name: work_of(name) for name in PARTS})
     code = show(found, folder, "bench")
     for part, why in failures.items():
         click.echo(f"{part} failed: {why}", err=True)
@@ -103,5 +103,6 @@ def _named(report: Report, name: str) -> Report:
     return lambda message: report(f"{name}: {message}")
 
 
-for _each in commands.COMMANDS:
-    command.add_command(_each)
+for _each in vars(commands).values():
+    if isinstance(_each, click.Command):
+        command.add_command(_each)

@@ -1,46 +1,32 @@
-"""The subcommands of ``fingerdesign bench``: each measures, writes, and returns what is printed.
-
-Their modules are imported when they run, so that ``--help`` is fast.
-"""
-
-from __future__ import annotations
-
-from pathlib import Path
-from typing import TYPE_CHECKING
+"""The subcommands of ``fingerdesign bench``: options and words; no work."""
 
 import click
 from fingerdesign_cli.options import Place, fidelity_option, workers_option
 
-from fingerdesign.runtime.progress import Report
-from fingerdesign_bench.cli.frame import COMMANDS, PARTS, subcommand
+from fingerdesign_bench.cli.frame import subcommand
 
-if TYPE_CHECKING:
-    from fingerdesign_bench.check import Shown
-
-__all__ = ["COMMANDS", "PARTS"]
 HALF_A_MINUTE = "Coarser and fewer: about half a minute or less."
 
 
 @subcommand(
+    "known.run:suite",
     "Cases with known answers (4 min; --quick seconds).",
     click.option(
         "--problems", is_flag=True, help="Also write the contact problems, for other solvers."
     ),
     quick="The few that cost seconds.",
 )
-def suite(folder: Path, report: Report, quick: bool, problems: bool) -> Shown:
+def suite() -> None:
     """Analytic solutions, other codes' answers and our own, each with its source and tolerances.
 
     Hertz, Cattaneo-Mindlin, Spence, Lubkin, Carter, layers, patch tests, published cases, and rates
     in the size and in the increment: a page. Exit code 1 where one is missed, or is
     no longer what it was; misses that are known and explained are none.
     """
-    from fingerdesign_bench.known.run import suite as bench
-
-    return bench(folder, report, quick, problems)
 
 
 @subcommand(
+    "fidelity.fidelity:measure_fidelity",
     "Is --fidelity auto within its tolerance? (20 min).",
     workers_option,
     click.option(
@@ -50,7 +36,7 @@ def suite(folder: Path, report: Report, quick: bool, problems: bool) -> Shown:
         help="Compute the references, into DIR, instead of taking shipped ones (hours).",
     ),
 )
-def fidelity(folder: Path, report: Report, workers: int | None, again: bool) -> Shown:
+def fidelity() -> None:
     """Thirty seeded fingers and scenes with tolerances of 1 to 10 %: true errors and costs.
 
     Every rung of each is solved once; the ladder climbs on these, and each rung is also taken as
@@ -58,15 +44,14 @@ def fidelity(folder: Path, report: Report, workers: int | None, again: bool) -> 
     DIR when they are solved; an interrupted run goes on. Exit code 1 where a number misses its
     target.
     """
-    from fingerdesign_bench.fidelity.fidelity import measure_fidelity
-
-    return measure_fidelity(folder, report, workers or 1, again)
 
 
 @subcommand(
-    "Predicted and real dofs, memory, time (15 min).", quick="Three small ones: half a minute."
+    "any_finger.forecast:measure_forecasts",
+    "Predicted and real dofs, memory, time (15 min).",
+    quick="Three small ones: half a minute.",
 )
-def forecast(folder: Path, report: Report, quick: bool) -> Shown:
+def forecast() -> None:
     """Forecasts of `check` (dofs, memory, time) against whole analyses.
 
     An interrupted run goes on where it stopped: run it again with the same --out.
@@ -75,12 +60,10 @@ def forecast(folder: Path, report: Report, quick: bool) -> Shown:
     machine's speed as measured right before and after it, so that other work counts on both sides.
     Exit code 1 where a forecast is off by more than a factor of 2.
     """
-    from fingerdesign_bench.any_finger.forecast import measure_forecasts
-
-    return measure_forecasts(folder, report, quick)
 
 
 @subcommand(
+    "any_finger.molds:measure_molds",
     "Molds of shipped and of 100 random designs (20 min).",
     click.option(
         "--seeds",
@@ -91,19 +74,16 @@ def forecast(folder: Path, report: Report, quick: bool) -> Shown:
     ),
     workers_option,
 )
-def molds(folder: Path, report: Report, seeds: int, workers: int | None) -> Shown:
+def molds() -> None:
     """Make molds of every shipped design and of random ones of every kind.
 
     Each in a process of its own; the mold is deleted, its checks are stored. An interrupted run
     goes on where it stopped: the same DIR again. Exit code 1 where a number misses its target.
     """
-    from fingerdesign.runtime.machine import usable_cores
-    from fingerdesign_bench.any_finger.molds import measure_molds
-
-    return measure_molds(folder, report, seeds, workers or usable_cores())
 
 
 @subcommand(
+    "atlas.make:measure_atlas",
     "The atlas that `new --lift` starts from (5 min).",
     click.option("--only", multiple=True, metavar="NAME", help="These candidates alone."),
     click.option(
@@ -114,18 +94,16 @@ def molds(folder: Path, report: Report, seeds: int, workers: int | None) -> Show
         help="In place of the designs' own.",
     ),
 )
-def atlas(folder: Path, report: Report, only: tuple[str, ...], mesher: str) -> Shown:
+def atlas() -> None:
     """Judge the candidates of the atlas in 3-D, and make their molds by every process.
 
     Those that pass all verdicts are written to fingerdesign/data/atlas.json, each with its
     verdicts, molds, digest and commit. Exit code 1 where a candidate does not pass.
     """
-    from fingerdesign_bench.atlas.make import measure_atlas
-
-    return measure_atlas(report, only, mesher)
 
 
 @subcommand(
+    "plane_strain.judge:measure_plane_strain",
     "Where is plane strain right? The map (20 min).",
     click.option(
         "--study",
@@ -134,86 +112,84 @@ def atlas(folder: Path, report: Report, only: tuple[str, ...], mesher: str) -> S
     ),
     quick="The first two values of each parameter (1 min).",
 )
-def plane_strain(folder: Path, report: Report, quick: bool, study: Path | None) -> Shown:
+def plane_strain() -> None:
     """Plane strain against 3-D over depth, contact width, Poisson's ratio and the plates' span.
 
     Errors of forces at equal motion, and of contact width, stick ratio and gage strains at equal
     motion and at equal force; the map with its contours; rules fitted to it. An interrupted run
     goes on where it stopped: the same DIR again. Exit code 1 where a number misses its target.
     """
-    from fingerdesign_bench.plane_strain.judge import measure_plane_strain
-
-    return measure_plane_strain(folder, report, quick, study)
 
 
-@subcommand("Errors against seconds, a line a method (15 min; --quick 3 min).", quick=HALF_A_MINUTE)
-def precision(folder: Path, report: Report, quick: bool) -> Shown:
+@subcommand(
+    "speed.precision:precision",
+    "Errors against seconds, a line a method (15 min; --quick 3 min).",
+    quick=HALF_A_MINUTE,
+)
+def precision() -> None:
     """Errors against seconds, a line a method.
 
     Forces, stick ratio and gage strain. Four shipped fingers: tetrahedra by fTetWild, swept
     tetrahedra, prisms, plane strain. One small finger: P1, P2 and mixed elements; solid plates,
     sheets and none.
     """
-    from fingerdesign_bench.speed.precision import precision as bench
-
-    return bench(folder, report, quick)
-
-
-@subcommand("Seconds, memory, growth, against targets (4 min; --quick 20 s).", quick=HALF_A_MINUTE)
-def speed(folder: Path, report: Report, quick: bool) -> Shown:
-    """Seconds, memory and their growth, against targets; the cost of condensation."""
-    from fingerdesign_bench.speed.speed import measure_speed
-
-    return measure_speed(folder, report, quick)
 
 
 @subcommand(
+    "speed.speed:measure_speed",
+    "Seconds, memory, growth, against targets (4 min; --quick 20 s).",
+    quick=HALF_A_MINUTE,
+)
+def speed() -> None:
+    """Seconds, memory and their growth, against targets; the cost of condensation."""
+
+
+@subcommand(
+    "microcontroller.run:measure_microcontroller",
     "The exported regulator on a Cortex-M4F and M7 (2 min).",
     click.option(
         "--design",
+        "name",
         default="film_tees",
         show_default=True,
         metavar="NAME",
         help="A shipped design with an estimator.",
     ),
 )
-def microcontroller(folder: Path, report: Report, design: str) -> Shown:
+def microcontroller() -> None:
     """Flash and RAM by the linker, instructions of a step in qemu, cycles as an upper estimate.
 
     Needs gcc-arm-none-eabi, libnewlib-arm-none-eabi and qemu-system-arm. Exit code 1 where 64 kB of
     flash, 16 kB of RAM or 1 ms at 168 MHz is passed.
     """
-    from fingerdesign_bench.microcontroller.run import measure_microcontroller
-
-    return measure_microcontroller(report, design)
-
-
-@subcommand("A whole `analyse` from cold caches (1.5 min).", fidelity_option(None, unset="both"))
-def whole(folder: Path, report: Report, fidelity: str | None) -> Shown:
-    """Seconds, memory and dofs of `analyse`, from cold caches."""
-    from fingerdesign_bench.speed.whole import measure_whole
-
-    return measure_whole(report, fidelity)
-
-
-@subcommand("Hard cases through every method (3.5 min; --quick 5 s).", quick=HALF_A_MINUTE)
-def stability(folder: Path, report: Report, quick: bool) -> Shown:
-    """Hard cases through every method, judged and mapped."""
-    from fingerdesign_bench.stability.stability import measure_stability
-
-    return measure_stability(folder, report, quick)
 
 
 @subcommand(
+    "speed.whole:measure_whole",
+    "A whole `analyse` from cold caches (1.5 min).",
+    fidelity_option(None, unset="both"),
+)
+def whole() -> None:
+    """Seconds, memory and dofs of `analyse`, from cold caches."""
+
+
+@subcommand(
+    "stability.stability:measure_stability",
+    "Hard cases through every method (3.5 min; --quick 5 s).",
+    quick=HALF_A_MINUTE,
+)
+def stability() -> None:
+    """Hard cases through every method, judged and mapped."""
+
+
+@subcommand(
+    "speed.peers:peers",
     "Siconos and GetFEM in the same run (20 min; --quick 1.5).",
     quick="Plane strain alone, fewer repeats.",
 )
-def peers(folder: Path, report: Report, quick: bool) -> Shown:
+def peers() -> None:
     """Siconos on our condensed problems, GetFEM on our meshes: times, ratios, differences.
 
     They must be installed for /usr/bin/python3 (Debian: python3-siconos, python3-getfem); what is
     missing is named and left out. Exit code 1 where neither is there.
     """
-    from fingerdesign_bench.speed.peers import peers as bench
-
-    return bench(report, quick)

@@ -10,13 +10,13 @@ import click
 from fingerdesign_cli.options import folder_option, output_options
 from fingerdesign_cli.terminal import as_json, print_json, print_table, progress, quiet
 
+from fingerdesign.runtime.child import resolved
+
 if TYPE_CHECKING:
     from fingerdesign_bench.check import Shown
 
 Option = Callable[[Any], Any]
-# Filled by ``subcommand``: the commands, and the functions that do their work by name.
-COMMANDS: list[click.Command] = []
-PARTS: dict[str, Callable[..., Shown]] = {}
+WORK: dict[str, str] = {}  # filled by ``subcommand``: what does the work of each
 CHECKED = ("number", "target at most", "measured", "")
 
 
@@ -44,29 +44,34 @@ def show(found: Shown, folder: Path, name: str) -> int:
     return found.code
 
 
-def subcommand(
-    short: str, *options: Option, quick: str = ""
-) -> Callable[[Callable[..., Shown]], click.Command]:
-    """Make a subcommand of a function that measures.
+def work_of(name: str) -> Callable[..., Shown]:
+    """The function that does the work of a subcommand."""
+    return resolved(f"fingerdesign_bench.{WORK[name]}")
 
-    The function is called with the folder, a report of progress, and the values of ``options``.
-    quick: the help of ``--quick``, where there is one.
+
+def subcommand(
+    work: str, short: str, *options: Option, quick: str = ""
+) -> Callable[[Callable[[], None]], click.Command]:
+    """Make a subcommand of a function that holds its name and help.
+
+    work: MODULE:FUNCTION of this package, imported when it runs, so that ``--help`` is fast. It is
+    called with the folder, a report of progress, and the values of ``options``, and returns what
+    is shown. quick: the help of ``--quick``, where there is one.
     """
 
-    def made(function: Callable[..., Shown]) -> click.Command:
-        name = function.__name__.replace("_", "-")
+    def made(function: Callable[[], None]) -> click.Command:
+        key = function.__name__
+        name = key.replace("_", "-")
 
-        def work(folder: Path, **given: Any) -> int:
+        def run(folder: Path, **given: Any) -> int:
             with progress(f"bench {name}", not as_json()) as report:
-                found = function(folder, report, **given)
-            return show(found, folder, function.__name__)
+                found = work_of(key)(folder, report, **given)
+            return show(found, folder, key)
 
         chosen = [click.option("--quick", is_flag=True, help=quick)] if quick else []
-        work.__doc__ = function.__doc__
         for option in (output_options, *reversed([*chosen, *options, folder_option(name)])):
-            option(work)
-        PARTS[name] = function
-        COMMANDS.append(click.command(name, short_help=short)(work))
-        return COMMANDS[-1]
+            option(run)
+        WORK[key] = work
+        return click.command(name, short_help=short, help=function.__doc__)(run)
 
     return made

@@ -39,13 +39,13 @@ class ReferencesMissing(FingerDesignError):
     """The shipped references are not those of the pairs as they are made now."""
 
 
-def measure_fidelity(folder: Path, report: Report, workers: int, again: bool) -> Shown:
+def measure_fidelity(folder: Path, report: Report, workers: int | None, again: bool) -> Shown:
     """Solve what ``folder`` does not hold yet, then judge.
 
     again: by references computed into ``folder`` (hours), not by the shipped ones. Raises
     ReferencesMissing where these are of other pairs.
     """
-    begun, every = machine(), pairs()
+    begun, every, workers = machine(), pairs(), workers or 1
     truth = {} if again else references(every)  # before an hour's work
     rungs = solve_all("rungs", {pair.number: 0 for pair in every}, folder, report, workers)
     # Pairs, and the equations at scale 1 that their finest rung foretells.

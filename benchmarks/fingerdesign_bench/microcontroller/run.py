@@ -199,7 +199,7 @@ def _steps(trace: Iterable[str], cycles: dict[int, tuple[int, int]]) -> Iterator
                 step = []
 
 
-def measure_microcontroller(report: Report, name: str) -> Shown:
+def measure_microcontroller(_folder: Path, report: Report, name: str) -> Shown:
     """Numbers of both processors against their limits, for a shipped design with an estimator.
 
     Raises FingerDesignError where a tool is missing.

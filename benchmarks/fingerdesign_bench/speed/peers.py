@@ -102,7 +102,7 @@ def missing(found: dict[str, str]) -> list[str]:
     ]
 
 
-def peers(report: Report, quick: bool) -> Shown:
+def peers(_folder: Path, report: Report, quick: bool) -> Shown:
     """Compare with the peers that are installed; fails where none is."""
     found = installed()
     absent = missing(found)

@@ -18,7 +18,7 @@ MEMORY_MB = 6 * 1024.0
 MOST_DOFS = 250_000
 
 
-def measure_whole(report: Report, fidelity: str | None) -> Shown:
+def measure_whole(_folder: Path, report: Report, fidelity: str | None) -> Shown:
     """Run one fidelity, or both."""
     begun, checks = machine(), list[Check]()
     for each in (fidelity,) if fidelity else ("plane-strain", "3d"):
