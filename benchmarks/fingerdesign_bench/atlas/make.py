@@ -3,8 +3,6 @@
 import subprocess
 import tempfile
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +23,6 @@ from fingerdesign.records.base import json_text
 from fingerdesign.records.verdict import Verdict
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.progress import Report
-from fingerdesign.runtime.registry import unknown_name
 from fingerdesign.search.passing.atlas import (
     FILE,
     PROCESSES,
@@ -47,40 +44,30 @@ def candidates() -> dict[str, Candidate]:
     return {name: (each["design"], each.get("values", {})) for name, each in found.items()}
 
 
-def measure_atlas(
-    _folder: Path, report: Report, only: Sequence[str] = (), mesher: str = "auto"
-) -> Shown:
-    """Judge candidates, then make their molds; the atlas is written after each step.
+def measure_atlas(_folder: Path, report: Report) -> Shown:
+    """Judge the candidates and make their molds; the atlas is written after each of them.
 
-    only: of other candidates the entries stay, and their molds serve fingers of the same shape.
-    mesher: in place of the designs' own. DesignError where a name of ``only`` is none. The result
-    fails where a candidate does not pass.
+    Fingers of the same shape share their molds. Fails where a candidate does not pass.
     """
-    known = candidates()
-    if unknown := [name for name in only if name not in known]:
-        raise DesignError([unknown_name(name, "--only", tuple(known)) for name in unknown])
-    old = {each.name: each for each in _written() if only and each.name in known}
-    entries = {name: each for name, each in old.items() if name not in only}
-    molds = {(_shape(each), k): mold for each in old.values() for k, mold in each.molds.items()}
+    entries: dict[str, Entry] = {}
+    molds: dict[tuple[str, str], MoldOutcome] = {}
     commit, notes = _commit(), []
-    for name in only or known:
+    for name, candidate in candidates().items():
         report(f"{name}: analysing in 3-D")
-        entry = entry_of(name, *known[name], mesher, commit)
+        entry = entry_of(name, *candidate, commit)
         failing = [each for each in entry.verdicts if each.status != "pass"]
         notes += [f"{name}: {each.name} {each.number}, {each.target}" for each in failing]
-        if not failing:
-            entries[name] = entry
-            _write(entries, known)
-    for name, entry in entries.items():
+        if failing:
+            continue
         for process in PROCESSES:
-            if process in entry.molds:
-                continue
             report(f"{name}: mold, {process}")
             key, own = (_shape(entry), process), {"mold.process": process}
             if key not in molds:
                 molds[key] = mold_of(with_values(entry.finger(), own))
-            entries[name] = entry = replace(entry, molds={**entry.molds, process: molds[key]})
-            _write(entries, known)
+            entry.molds[process] = molds[key]
+        entries[name] = entry
+        found = Atlas(1, tuple(entries.values()))
+        write_whole(FILE, json_text(TypeAdapter(Atlas).dump_python(found, mode="json")))
     rows = [
         [name, each.words, *map(_mold_cell, each.molds.values())] for name, each in entries.items()
     ]
@@ -93,12 +80,9 @@ def measure_atlas(
     )
 
 
-def entry_of(
-    name: str, design: str, values: dict[str, Any], mesher: str = "auto", commit: str = ""
-) -> Entry:
+def entry_of(name: str, design: str, values: dict[str, Any], commit: str) -> Entry:
     """Judge one candidate; its molds are not made yet."""
     finger = finger_of(design, values)
-    judged = finger if mesher == "auto" else with_values(finger, {"mesh.mesher": mesher})
     fit = gage_fit(finger)
     if fit is None or fit.found is None:
         raise DesignError([Fault("gages", name, "gages that fit the plates", "name a mold.gage")])
@@ -108,12 +92,12 @@ def entry_of(
         values={key: _plain(value) for key, value in values.items()},
         digest=finger.digest(),
         commit=commit,
-        mesher=mesher_name(judged),
+        mesher=mesher_name(finger),
         gages=source_of(fit.found),
         gage=fit.found.name,
         masses_g=finger.grip.masses_g,
         friction_coefficients=finger.grip.friction_coefficients,
-        verdicts=verdicts_of(judged),
+        verdicts=verdicts_of(finger),
         molds={},
     )
 
@@ -121,11 +105,6 @@ def entry_of(
 def _shape(entry: Entry) -> str:
     """Everything that decides the mold: the design without its hand."""
     return entry.finger().model_copy(update={"grip": Grip()}).model_dump_json()
-
-
-def _write(entries: Mapping[str, Entry], order: Iterable[str]) -> None:
-    found = Atlas(1, tuple(entries[name] for name in order if name in entries))
-    write_whole(FILE, json_text(TypeAdapter(Atlas).dump_python(found, mode="json")))
 
 
 def verdicts_of(finger: Design) -> tuple[Verdict, ...]:
@@ -152,13 +131,6 @@ def mold_of(finger: Design) -> MoldOutcome:
         ready=sensor["ready"] and found["status"] == "ok",
         reasons=(*why, *sensor["reasons"]),
     )
-
-
-def _written() -> tuple[Entry, ...]:
-    if not FILE.is_file():
-        return ()
-    found: Atlas = TypeAdapter(Atlas).validate_json(FILE.read_text("utf-8"))
-    return found.entries
 
 
 def _plain(value: Any) -> Any:

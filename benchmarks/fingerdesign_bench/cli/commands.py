@@ -82,18 +82,7 @@ def molds() -> None:
     """
 
 
-@subcommand(
-    "atlas.make:measure_atlas",
-    "The atlas that `new --lift` starts from (5 min).",
-    click.option("--only", multiple=True, metavar="NAME", help="These candidates alone."),
-    click.option(
-        "--mesher",
-        type=click.Choice(["auto", "sweep", "tetwild"]),
-        default="auto",
-        show_default=True,
-        help="In place of the designs' own.",
-    ),
-)
+@subcommand("atlas.make:measure_atlas", "The atlas that `new --lift` starts from (5 min).")
 def atlas() -> None:
     """Judge the candidates of the atlas in 3-D, and make their molds by every process.
 
