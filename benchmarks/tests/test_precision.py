@@ -10,8 +10,7 @@ from fingerdesign_bench.speed import precision_run
 from fingerdesign_bench.speed.precision import measure_precision, shown
 from fingerdesign_bench.speed.precision_lines import Chart, Group, Line, Reference
 from fingerdesign_bench.speed.precision_plan import CHARTS, REFERENCES
-from fingerdesign_bench.speed.precision_points import QUANTITIES
-from fingerdesign_bench.speed.precision_run import STAGES, Method, errors, sized
+from fingerdesign_bench.speed.precision_run import QUANTITIES, STAGES, Method, errors, sized
 
 from fingerdesign.errors import MeshError
 
@@ -43,27 +42,26 @@ def found():
 
 
 def test_points_stages_and_errors(found):
-    assert [(p.line, p.size_mm) for p in found.points] == [
+    assert [(p.line.label, p.run.size_mm) for p in found.points] == [
         ("P2", 0.8),
         ("P2", 0.4),
         ("P1", 0.8),
         ("broken", 0.8),
     ]
-    good = found.points[0]
-    assert good.element == "P2"
-    assert good.dofs > 1000
-    parts = sum(getattr(good, f"{stage}_s") for stage in STAGES)
-    assert good.seconds == pytest.approx(parts)
-    assert good.gflop > 0.0
-    assert good.cpu_s > 0.0
-    assert all(0.0 < good.error(key) < 0.2 for key in QUANTITIES)
-    assert found.differences["short", "all"][0] > 0.0
+    good = found.points[0].record()
+    assert good["element"] == "P2"
+    assert good["dofs"] > 1000
+    assert good["seconds"] == pytest.approx(sum(good[f"{stage}_s"] for stage in STAGES))
+    assert good["gflop"] > 0.0
+    assert good["cpu_s"] > 0.0
+    assert all(0.0 < good[key] < 0.2 for key in QUANTITIES)
+    assert found.differences["short", "all"]["normal_force_error"] > 0.0
 
 
 def test_failures_and_locking_are_named(found):
-    failed = found.points[-1]
-    assert failed.failure == "no mesh today"
-    assert failed.normal_force_error is None
+    failed = found.points[-1].record()
+    assert failed["failure"] == "no mesh today"
+    assert failed["normal_force_error"] is None
     remarks = found.remarks["short"]
     assert any(each.startswith("P1 (all): locks: F_n still") for each in remarks)
     assert "broken (all), 0.8 mm: failed: no mesh today" in remarks
@@ -88,7 +86,9 @@ def test_errors_by_hand():
     found = reference.copy()
     found[1] = [2.2, 3.0, 0.4, 4.4, 2.2]  # not sheared yet: its F_t does not count
     found[3, 1] = 1.05
-    assert errors(found, reference) == pytest.approx((0.1, 0.05, 0.1, 0.1, 0.1))
+    worst = errors(found, reference)
+    assert [*worst] == [*QUANTITIES]
+    assert [*worst.values()] == pytest.approx([0.1, 0.05, 0.1, 0.1, 0.1])
 
 
 def test_the_plan_is_whole():

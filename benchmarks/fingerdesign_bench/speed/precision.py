@@ -1,7 +1,6 @@
 """Work-precision diagrams: errors of forces, stick ratio and gage strains against wall time."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,13 +16,11 @@ from fingerdesign_bench.speed.precision_points import (
     HEADINGS,
     NORM,
     OFF_THE_CHART,
-    QUANTITIES,
     TIMED,
-    Errors,
     Point,
     Precision,
 )
-from fingerdesign_bench.speed.precision_run import STAGES, Method, Run, errors, measured
+from fingerdesign_bench.speed.precision_run import Errors, Method, Run, errors, measured
 
 _LARGE = 0.02  # A line whose finest mesh has a larger error of F_n does not converge.
 
@@ -31,13 +28,12 @@ _LARGE = 0.02  # A line whose finest mesh has a larger error of F_n does not con
 def precision(folder: Path, report: Report, quick: bool) -> Shown:
     """Measure the points of all charts, and draw them."""
     begun = machine()
-    found = measure_precision(report, quick)
-    return shown(found, folder, begun)
+    return shown(measure_precision(report, quick), folder, begun)
 
 
 def shown(found: Precision, folder: Path, begun: dict[str, Any]) -> Shown:
     """Draw a picture a chart; return all that is printed and written."""
-    points = [asdict(point) for point in found.points]
+    points = [point.record() for point in found.points]
     references = {
         name: {
             "method": describe(run.method),
@@ -49,7 +45,7 @@ def shown(found: Precision, folder: Path, begun: dict[str, Any]) -> Shown:
         for name, run in found.references.items()
     }
     differ = [
-        {"chart": chart, "group": group, **dict(zip(QUANTITIES, values, strict=True))}
+        {"chart": chart, "group": group, **values}
         for (chart, group), values in found.differences.items()
     ]
     pictures = []
@@ -97,11 +93,13 @@ def measure_precision(
     groups = [(chart, group) for chart in charts for group in chart.groups]
     needed = {line.reference for _, group in groups for line in group.lines}
     needed |= {name for _, group in groups for name in group.references}
-    solved = {
-        each.name: _solved(each, run(each.method, each.size(quick), False))
-        for each in references
-        if each.name in needed
-    }
+    solved = dict[str, Run]()
+    for each in references:
+        if each.name in needed:
+            size = each.quick_size_mm if quick else each.size_mm
+            solved[each.name] = run(each.method, size, False)
+            if why := solved[each.name].failure:
+                raise SolverError(f"the reference {each.name} failed: {why}")
     points: list[Point] = []
     differences: dict[tuple[str, str], Errors] = {}
     remarks: dict[str, list[str]] = {chart.key: [] for chart in charts}
@@ -111,16 +109,11 @@ def measure_precision(
         for line in group.lines:
             sizes = line.sizes[: line.quick if quick else None]
             runs = [run(line.method, size, not quick) for size in sizes]
-            new = [_point((chart.key, group.heading), line, each, solved) for each in runs]
+            known = solved[line.reference].known
+            new = [Point(chart.key, group.heading, line, each, each.errors(known)) for each in runs]
             points += new
             remarks[chart.key] += _remarks(group, line, new)
     return Precision(tuple(points), differences, remarks, solved, tuple(charts))
-
-
-def _solved(reference: Reference, run: Run) -> Run:
-    if run.answers is None:
-        raise SolverError(f"the reference {reference.name} failed: {run.failure}")
-    return run
 
 
 def describe(method: Method) -> str:
@@ -131,45 +124,16 @@ def describe(method: Method) -> str:
     return f"{method.kind}{element}, {body}{plates}"
 
 
-def _point(place: tuple[str, str], line: Line, run: Run, solved: dict[str, Run]) -> Point:
-    """The point of a run in a (chart, group)."""
-    normal, tangential, stick, gage, face = (
-        (None,) * 5 if run.answers is None else errors(run.answers, solved[line.reference].known)
-    )
-    stages = {f"{name}_s": run.seconds.get(name, 0.0) for name in STAGES}
-    return Point(
-        chart=place[0],
-        group=place[1],
-        line=line.label,
-        reference=line.reference,
-        size_mm=run.size_mm,
-        element=run.element,
-        dofs=run.dofs,
-        contact_nodes=run.contact_nodes,
-        seconds=run.total,
-        cpu_s=run.cpu_s,
-        gflop=run.gflop,
-        runs=run.runs,
-        normal_force_error=normal,
-        tangential_force_error=tangential,
-        stick_ratio_error=stick,
-        gage_error=gage,
-        face_error=face,
-        failure=run.failure,
-        **stages,
-    )
-
-
 def _remarks(group: Group, line: Line, points: Sequence[Point]) -> list[str]:
     """List failures, and large errors of the finest mesh."""
     name = f"{line.label} ({group.heading})"
-    notes = [f"{name}, {p.size_mm:g} mm: failed: {p.failure}" for p in points if p.failure]
-    last = [point for point in points if not point.failure][-1:]
-    for point in last:
-        worst = point.normal_force_error
-        if worst is not None and worst > _LARGE:
-            left = f"F_n still {worst:.0%} off at {point.size_mm:g} mm ({point.dofs} dofs)"
+    failed = [point.run for point in points if point.run.failure]
+    notes = [f"{name}, {run.size_mm:g} mm: failed: {run.failure}" for run in failed]
+    for point in [point for point in points if point.errors][-1:]:
+        run, worst, gage = point.run, point.errors["normal_force_error"], point.errors["gage_error"]
+        if worst > _LARGE:
+            left = f"F_n still {worst:.0%} off at {run.size_mm:g} mm ({run.dofs} dofs)"
             notes.append(f"{name}: {line.floor}: {left}" if line.floor else f"{name}: {left}")
-        if point.gage_error is not None and point.gage_error > OFF_THE_CHART:
-            notes.append(f"{name}: gage strain {point.gage_error:.0f} times off, off the chart")
+        if gage > OFF_THE_CHART:
+            notes.append(f"{name}: gage strain {gage:.0f} times off, off the chart")
     return notes

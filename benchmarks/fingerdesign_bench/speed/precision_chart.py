@@ -6,17 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.report.style import COLOURS, SERIES, Axes, house_style
+from fingerdesign.report.style import COLOURS, SERIES, Axes, house_style, series
 from fingerdesign_bench.chart import footed, save, tick
 from fingerdesign_bench.speed.precision_lines import Chart, Group
-from fingerdesign_bench.speed.precision_points import (
-    NORM,
-    OFF_THE_CHART,
-    QUANTITIES,
-    TIMED,
-    Point,
-    Precision,
-)
+from fingerdesign_bench.speed.precision_points import NORM, OFF_THE_CHART, TIMED, Point, Precision
+from fingerdesign_bench.speed.precision_run import QUANTITIES
 
 _ROW = 3.0  # Inches: a row of panels.
 
@@ -44,8 +38,9 @@ def draw_fingers(found: Precision, chart: Chart, path: Path) -> Path:
         for axes, (title, keys) in zip(row, panels.items(), strict=True):
             axes.set(xscale="log", yscale="log", title=title, xlabel="Gflop of the factorisation")
             for number, line in enumerate(chart.groups[0].lines):
-                own = [p for p in found.points if (p.chart, p.line) == (chart.key, line.label)]
-                _draw_method(axes, number, [p for p in own if not p.failure], keys)
+                mine = (chart.key, line.label)
+                own = [p for p in found.points if (p.chart, p.line.label) == mine]
+                _draw_method(axes, number, [p for p in own if p.errors], keys)
             tick(axes.xaxis)
         row[0].set_ylabel("worst error")
         row[-1].legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=7.5)
@@ -56,47 +51,38 @@ def _draw_method(axes: Axes, number: int, points: Sequence[Point], keys: Sequenc
     """Draw work and error of a method: a thin line a finger, a thick one of their means."""
     if not points:
         return
-    colour, dashes, marker = SERIES[number % len(SERIES)]
     fingers: dict[str, Any] = {}
     sizes: dict[float, Any] = {}
     for point in points:
-        value = (point.gflop, max(point.error(key) or 1e-9 for key in keys))
+        value = (point.run.gflop, max(point.errors[key] or 1e-9 for key in keys))
         fingers.setdefault(point.group, []).append(value)
-        sizes.setdefault(point.size_mm, []).append(np.log(value))
+        sizes.setdefault(point.run.size_mm, []).append(np.log(value))
     for values in fingers.values():
-        axes.plot(*np.transpose(values), color=colour, linewidth=0.6, alpha=0.4)
+        axes.plot(*np.transpose(values), color=SERIES[number][0], linewidth=0.6, alpha=0.4)
     means = np.exp([np.mean(each, axis=0) for each in sizes.values()])
-    look: Any = {"color": colour, "linestyle": dashes, "marker": marker}
-    axes.plot(*means.T, label=points[0].line, **look)
+    series(axes, means[:, 0], means[:, 1], number, points[0].line.label)
 
 
 def _draw_group(row: list[Axes], found: Precision, chart: Chart, group: Group) -> None:
     differences = found.differences[chart.key, group.heading]
     mine = [p for p in found.points if (p.chart, p.group) == (chart.key, group.heading)]
-    for axes, key, difference in zip(row, QUANTITIES, differences, strict=True):
+    for axes, (key, difference) in zip(row, differences.items(), strict=True):
         axes.set(xscale="log", yscale="log", title=QUANTITIES[key], xlabel="seconds")
         if difference > 0.0:  # An error in this band is not known: the references differ by it.
             axes.axhspan(1e-12, difference, color=COLOURS["open"], zorder=0)
         shown = []
         for number, line in enumerate(group.lines):
-            points = _shown([p for p in mine if p.line == line.label], key)
-            colour, dashes, marker = SERIES[number % len(SERIES)]
-            look: Any = {"color": colour, "linestyle": dashes, "marker": marker}
-            axes.plot(*points, label=line.label, **look)
-            shown += points[1]
+            own = [(p.run.total, p.errors.get(key, np.inf)) for p in mine if p.line == line]
+            drawn = [(seconds, max(e, 1e-9)) for seconds, e in own if e <= OFF_THE_CHART]
+            errors = [error for _, error in drawn]
+            series(axes, [seconds for seconds, _ in drawn], errors, number, line.label)
+            shown += errors
         if shown:
             low = max(0.5 * min(shown), 0.03 * difference, 1e-8)
             axes.set_ylim(min(low, 0.2 * max(shown)), 2.0 * max(shown))
         tick(axes.xaxis)
     row[0].set_ylabel(f"{group.heading}\nworst error")
     row[-1].legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=7.5)
-
-
-def _shown(points: Sequence[Point], key: str) -> tuple[list[float], list[float]]:
-    """Seconds and errors of the points that are on the chart."""
-    own = [(point.seconds, point.error(key)) for point in points]
-    found = [(s, max(e, 1e-9)) for s, e in own if e is not None and e <= OFF_THE_CHART]
-    return [s for s, _ in found], [e for _, e in found]
 
 
 def _foot(found: Precision, chart: Chart) -> list[str]:

@@ -22,9 +22,6 @@ class Reference:
     size_mm: float
     quick_size_mm: float
 
-    def size(self, quick: bool) -> float:
-        return self.quick_size_mm if quick else self.size_mm
-
 
 @dataclass(frozen=True)
 class Line:

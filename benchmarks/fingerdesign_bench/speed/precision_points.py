@@ -1,19 +1,11 @@
 """Points of the work-precision diagrams, and how they are measured."""
 
 from dataclasses import dataclass
+from typing import Any
 
-from fingerdesign_bench.speed.precision_lines import Chart
-from fingerdesign_bench.speed.precision_run import Run
+from fingerdesign_bench.speed.precision_lines import Chart, Line
+from fingerdesign_bench.speed.precision_run import QUANTITIES, STAGES, Errors, Run
 
-Errors = tuple[float, float, float, float, float]
-
-QUANTITIES = {
-    "normal_force_error": "normal force, relative",
-    "tangential_force_error": "tangential force, relative",
-    "stick_ratio_error": "stick ratio, absolute",
-    "gage_error": "gages, mean of both faces",
-    "face_error": "gages, single faces",
-}
 _ERRORS = ["F_n", "F_t", "stick", "gages", "faces"]
 HEADINGS = ["chart", "method", "facets mm", "dofs", "Gflop", "s", *_ERRORS]
 NORM = (
@@ -29,46 +21,42 @@ OFF_THE_CHART = 5.0  # An error of this size or more is no answer, so the chart 
 
 @dataclass(frozen=True)
 class Point:
-    """One run in one line of a chart. Errors are None where it failed; ``failure`` says why."""
+    """One run in one line of a chart, and its errors: none where the run failed."""
 
     chart: str
     group: str
-    line: str
-    reference: str
-    size_mm: float
-    element: str
-    dofs: int
-    contact_nodes: int
-    seconds: float
-    cpu_s: float
-    gflop: float
-    mesh_s: float
-    assemble_s: float
-    condense_s: float
-    increments_s: float
-    runs: int
-    normal_force_error: float | None
-    tangential_force_error: float | None
-    stick_ratio_error: float | None
-    gage_error: float | None
-    face_error: float | None
-    failure: str = ""
+    line: Line
+    run: Run
+    errors: Errors
 
-    def error(self, key: str) -> float | None:
-        """Return the error of one of QUANTITIES."""
-        value: float | None = getattr(self, key)
-        return value
+    def record(self) -> dict[str, Any]:
+        """Return the row of the data file; an error that is not there is None."""
+        run, parts = self.run, ("size_mm", "element", "dofs", "contact_nodes")
+        return {
+            "chart": self.chart,
+            "group": self.group,
+            "line": self.line.label,
+            "reference": self.line.reference,
+            **{name: getattr(run, name) for name in parts},
+            "seconds": run.total,
+            "cpu_s": run.cpu_s,
+            "gflop": run.gflop,
+            **{f"{stage}_s": run.seconds.get(stage, 0.0) for stage in STAGES},
+            "runs": run.runs,
+            **{name: self.errors.get(name) for name in QUANTITIES},
+            "failure": run.failure,
+        }
 
     def row(self) -> list[str]:
         """Return the cells of a table with HEADINGS."""
-        found = [self.error(key) for key in QUANTITIES]
+        run, found = self.run, [self.errors.get(name) for name in QUANTITIES]
         return [
             self.chart,
-            f"{self.line} ({self.group})",
-            f"{self.size_mm:g}",
-            str(self.dofs),
-            f"{self.gflop:.3g}",
-            f"{self.seconds:.2f}",
+            f"{self.line.label} ({self.group})",
+            f"{run.size_mm:g}",
+            str(run.dofs),
+            f"{run.gflop:.3g}",
+            f"{run.total:.2f}",
             *("failed" if error is None else f"{error:.1e}" for error in found),
         ]
 
@@ -77,7 +65,7 @@ class Point:
 class Precision:
     """Points of all charts.
 
-    differences: between the two references of each (chart, group), in the order of QUANTITIES.
+    differences: between the two references of each (chart, group).
     remarks: failures and lines that do not converge, by chart.
     """
 

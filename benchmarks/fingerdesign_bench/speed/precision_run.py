@@ -32,6 +32,15 @@ from fingerdesign.shapes.objects import Plane
 Kind = Literal["plane strain", "extruded", "tetrahedra", "tetwild"]
 Plates = Literal["solid", "sheet", "none"]
 
+Errors = dict[str, float]  # by QUANTITIES
+
+QUANTITIES = {
+    "normal_force_error": "normal force, relative",
+    "tangential_force_error": "tangential force, relative",
+    "stick_ratio_error": "stick ratio, absolute",
+    "gage_error": "gages, mean of both faces",
+    "face_error": "gages, single faces",
+}
 STAGES = ("mesh", "assemble", "condense", "increments")
 VALUES: dict[str, object] = {
     "body.depth_mm": 6.0,
@@ -84,6 +93,10 @@ class Run:
         """The answers of a run that did not fail."""
         assert self.answers is not None
         return self.answers
+
+    def errors(self, reference: Array) -> Errors:
+        """Errors of the answers; none where it failed."""
+        return {} if self.answers is None else errors(self.answers, reference)
 
     @property
     def total(self) -> float:
@@ -156,18 +169,18 @@ def sized(method: Method, size_mm: float) -> Design:
     return with_values(design, values)
 
 
-def errors(found: Array, reference: Array) -> tuple[float, float, float, float, float]:
+def errors(found: Array, reference: Array) -> Errors:
     """Worst over the increments: F_n, F_t relative, stick ratio absolute, gages of the largest:
     means of both faces, and single faces."""
     sheared = np.array([row[1] > 0 for row in ROWS])
-    normal = np.abs(found[:, 0] / reference[:, 0] - 1.0).max()
-    tangential = np.abs(found[sheared, 1] / reference[sheared, 1] - 1.0).max()
-    stick = np.abs(found[:, 2] - reference[:, 2]).max()
-    gages = []
+    worst = [
+        np.abs(found[:, 0] / reference[:, 0] - 1.0).max(),
+        np.abs(found[sheared, 1] / reference[sheared, 1] - 1.0).max(),
+        np.abs(found[:, 2] - reference[:, 2]).max(),
+    ]
     for own, right in zip(_gages(found), _gages(reference), strict=True):
-        largest = np.abs(right).max(axis=1, keepdims=True)
-        gages.append(float((np.abs(own - right) / largest).max()))
-    return float(normal), float(tangential), float(stick), gages[0], gages[1]
+        worst.append((np.abs(own - right) / np.abs(right).max(axis=1, keepdims=True)).max())
+    return dict(zip(QUANTITIES, map(float, worst), strict=True))
 
 
 def _gages(answers: Array) -> tuple[Array, Array]:
