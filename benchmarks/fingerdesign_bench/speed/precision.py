@@ -11,7 +11,7 @@ from fingerdesign_bench.check import Shown
 from fingerdesign_bench.machine import caption, machine
 from fingerdesign_bench.speed.precision_chart import draw_chart, draw_fingers
 from fingerdesign_bench.speed.precision_lines import Chart, Group, Line, Reference
-from fingerdesign_bench.speed.precision_plan import CHARTS, REFERENCES
+from fingerdesign_bench.speed.precision_plan import CHARTS
 from fingerdesign_bench.speed.precision_points import (
     HEADINGS,
     NORM,
@@ -35,14 +35,14 @@ def shown(found: Precision, folder: Path, begun: dict[str, Any]) -> Shown:
     """Draw a picture a chart; return all that is printed and written."""
     points = [point.record() for point in found.points]
     references = {
-        name: {
+        each.name: {
             "method": describe(run.method),
             "element": run.element,
             "size_mm": run.size_mm,
             "dofs": run.dofs,
             "seconds": round(run.total, 2),
         }
-        for name, run in found.references.items()
+        for each, run in found.references.items()
     }
     differ = [
         {"chart": chart, "group": group, **values}
@@ -74,10 +74,7 @@ def shown(found: Precision, folder: Path, begun: dict[str, Any]) -> Shown:
 
 
 def measure_precision(
-    report: Report,
-    quick: bool = False,
-    charts: Sequence[Chart] = CHARTS,
-    references: Sequence[Reference] = REFERENCES,
+    report: Report, quick: bool = False, charts: Sequence[Chart] = CHARTS
 ) -> Precision:
     """Measure all points of ``charts``: six minutes on two quiet cores; ``quick``: half a minute.
 
@@ -91,20 +88,19 @@ def measure_precision(
 
     measured(Method("plane strain"), 0.4, repeat=False)  # Warms imports and the mesher's process.
     groups = [(chart, group) for chart in charts for group in chart.groups]
-    needed = {line.reference for _, group in groups for line in group.lines}
-    needed |= {name for _, group in groups for name in group.references}
-    solved = dict[str, Run]()
-    for each in references:
-        if each.name in needed:
-            size = each.quick_size_mm if quick else each.size_mm
-            solved[each.name] = run(each.method, size, False)
-            if why := solved[each.name].failure:
-                raise SolverError(f"the reference {each.name} failed: {why}")
+    needed = [line.reference for _, group in groups for line in group.lines]
+    needed += [each for _, group in groups for each in group.references]
+    solved = dict[Reference, Run]()
+    for each in dict.fromkeys(needed):
+        size = each.quick_size_mm if quick else each.size_mm
+        solved[each] = run(each.method, size, False)
+        if why := solved[each].failure:
+            raise SolverError(f"the reference {each.name} failed: {why}")
     points: list[Point] = []
     differences: dict[tuple[str, str], Errors] = {}
     remarks: dict[str, list[str]] = {chart.key: [] for chart in charts}
     for chart, group in groups:
-        first, second = (solved[name].known for name in group.references)
+        first, second = (solved[each].known for each in group.references)
         differences[chart.key, group.heading] = errors(first, second)
         for line in group.lines:
             sizes = line.sizes[: line.quick if quick else None]

@@ -8,7 +8,7 @@ import numpy as np
 
 from fingerdesign.report.style import COLOURS, SERIES, Axes, house_style, series
 from fingerdesign_bench.chart import footed, save, tick
-from fingerdesign_bench.speed.precision_lines import Chart, Group
+from fingerdesign_bench.speed.precision_lines import Chart, Group, Reference
 from fingerdesign_bench.speed.precision_points import NORM, OFF_THE_CHART, TIMED, Point, Precision
 from fingerdesign_bench.speed.precision_run import QUANTITIES
 
@@ -95,6 +95,6 @@ def _foot(found: Precision, chart: Chart) -> list[str]:
     return lines
 
 
-def _reference(found: Precision, name: str) -> str:
-    run = found.references[name]
-    return f"{name} ({run.element}, {run.size_mm:g} mm, {run.dofs} dofs)"
+def _reference(found: Precision, reference: Reference) -> str:
+    run = found.references[reference]
+    return f"{reference.name} ({run.element}, {run.size_mm:g} mm, {run.dofs} dofs)"

@@ -30,7 +30,7 @@ class Line:
     label: str
     method: Method
     sizes: tuple[float, ...]
-    reference: str
+    reference: Reference
     floor: str = ""
     quick: int = 2  # points of a short run
 
@@ -41,7 +41,7 @@ class Group:
 
     heading: str
     lines: tuple[Line, ...]
-    references: tuple[str, str]
+    references: tuple[Reference, Reference]
 
 
 @dataclass(frozen=True)
@@ -54,24 +54,25 @@ class Chart:
     fingers: bool = False
 
 
-def elements_at(poissons_ratio: float) -> tuple[tuple[Reference, Reference], Group]:
+def elements_at(poissons_ratio: float) -> Group:
+    """The elements in plane strain; mixed and quadratic ones judge each other."""
+    title = f"nu = {poissons_ratio:g}"
     mixed, quadratic, linear = (
         Method("plane strain", element, poissons_ratio) for element in ("mixed", "P2", "P1")
     )
-    names = tuple(f"{element}, nu = {poissons_ratio:g}" for element in ("mixed", "P2"))
-    references = (
-        Reference(names[0], mixed, 0.0125, 0.05),
-        Reference(names[1], quadratic, 0.0125, 0.05),
-    )
+    fine = Reference(f"mixed, {title}", mixed, 0.0125, 0.05)
+    other = Reference(f"P2, {title}", quadratic, 0.0125, 0.05)
     lines = (
-        Line("P1", linear, PLANE_LINEAR, names[0], LOCKS, quick=3),
-        Line("P2", quadratic, PLANE, names[0]),
-        Line("mixed", mixed, PLANE, names[1]),
+        Line("P1", linear, PLANE_LINEAR, fine, LOCKS, quick=3),
+        Line("P2", quadratic, PLANE, fine),
+        Line("mixed", mixed, PLANE, other),
     )
-    return references, Group(f"plane strain, nu = {poissons_ratio:g}", lines, (names[0], names[1]))
+    return Group(f"plane strain, {title}", lines, (fine, other))
 
 
-def plates_lines(method: Method, sizes: tuple[float, ...], reference: str) -> tuple[Line, ...]:
+def plates_lines(
+    method: Method, sizes: tuple[float, ...], reference: Reference
+) -> tuple[Line, ...]:
     """The same method with solid plates, sheets and none."""
     models: tuple[Plates, ...] = ("solid", "sheet", "none")
     return tuple(
@@ -81,14 +82,15 @@ def plates_lines(method: Method, sizes: tuple[float, ...], reference: str) -> tu
 
 
 def finger_group(name: str) -> Group:
-    """The ways to model a shipped finger, against its reference: fine prisms of its own name."""
+    """The ways to model a shipped finger, against fine prisms."""
     plane, swept, cut, tetwild = (
         Method(kind, finger=name) for kind in ("plane strain", "extruded", "tetrahedra", "tetwild")
     )
+    fine = Reference(name, swept, FINE, 0.56)
     lines = (
-        Line("tetrahedra by fTetWild", tetwild, TETRAHEDRA, name, quick=0),
-        Line("swept tetrahedra", cut, SWEPT, name, quick=1),
-        Line("swept prisms", swept, SWEPT, name, quick=1),
-        Line("plane strain", plane, PLANE[1:4], name, MODEL, quick=1),
+        Line("tetrahedra by fTetWild", tetwild, TETRAHEDRA, fine, quick=0),
+        Line("swept tetrahedra", cut, SWEPT, fine, quick=1),
+        Line("swept prisms", swept, SWEPT, fine, quick=1),
+        Line("plane strain", plane, PLANE[1:4], fine, MODEL, quick=1),
     )
-    return Group(name, lines, (name, name))
+    return Group(name, lines, (fine, fine))

@@ -9,7 +9,6 @@ disagree is drawn, and no error below it means much.
 from dataclasses import replace
 
 from fingerdesign_bench.speed.precision_lines import (
-    FINE,
     LOCKS,
     PLANE,
     Chart,
@@ -28,45 +27,36 @@ FINGERS = ("maeno2000", "sensitive", "tees", "fine_tees")
 # At nu = 0.49 "mixed" is what the program chooses by itself.
 _PLANE = Method("plane strain", "mixed")
 _EXTRUDED, _TETWILD = Method("extruded", "mixed"), Method("tetwild", "mixed")
-
-
-_SOFT, _SOFT_GROUP = elements_at(0.49)
-_HARD, _HARD_GROUP = elements_at(0.4999)
-_STIFF = {
-    kind: Method(kind, "mixed", 0.4999, "none") for kind in ("extruded", "tetwild")
-}  # in 3-D at nu = 0.4999
-
-REFERENCES: tuple[Reference, ...] = (
-    *_SOFT,
-    *_HARD,
-    *(Reference(name, Method("extruded", finger=name), FINE, 0.56) for name in FINGERS),
-    Reference("3-D, extruded", _EXTRUDED, 0.2, 0.45),
-    Reference("3-D, tetwild", _TETWILD, 0.22, 0.6),
-    Reference("3-D, nu = 0.4999, extruded", _STIFF["extruded"], 0.22, 0.45),
-    Reference("3-D, nu = 0.4999, tetwild", _STIFF["tetwild"], 0.28, 0.6),
+_SOFT = elements_at(0.49)
+_SWEPT = Reference("3-D, extruded", _EXTRUDED, 0.2, 0.45)
+_CUT = Reference("3-D, tetwild", _TETWILD, 0.22, 0.6)
+_HARD_SWEPT = Reference(
+    "3-D, nu = 0.4999, extruded", Method("extruded", "mixed", 0.4999, "none"), 0.22, 0.45
 )
-
-_SPACE_GROUP = Group(
+_HARD_CUT = Reference(
+    "3-D, nu = 0.4999, tetwild", Method("tetwild", "mixed", 0.4999, "none"), 0.28, 0.6
+)
+_HARD_SPACE = Group(
     "3-D, nu = 0.4999, no plates",
     tuple(
         Line(
             element,
-            replace(_STIFF["extruded"], element=element),
+            replace(_HARD_SWEPT.method, element=element),
             SPACE,
-            "3-D, nu = 0.4999, tetwild",
+            _HARD_CUT,
             LOCKS if element == "P1" else "",
             quick=1,
         )
         for element in ("P1", "P2", "mixed")
     ),
-    ("3-D, nu = 0.4999, tetwild", "3-D, nu = 0.4999, extruded"),
+    (_HARD_CUT, _HARD_SWEPT),
 )
 
 CHARTS: tuple[Chart, ...] = (
     Chart(
         "elements",
         "Elements: linear, quadratic, and quadratic with a pressure of their own",
-        (_SOFT_GROUP, _HARD_GROUP, _SPACE_GROUP),
+        (_SOFT, elements_at(0.4999), _HARD_SPACE),
     ),
     Chart(
         "cells",
@@ -80,14 +70,10 @@ CHARTS: tuple[Chart, ...] = (
         (
             Group(
                 "plane strain",
-                plates_lines(_PLANE, PLANE, _SOFT[1].name),
-                (_SOFT[0].name, _SOFT[1].name),
+                plates_lines(_PLANE, PLANE, _SOFT.references[1]),
+                _SOFT.references,
             ),
-            Group(
-                "3-D, extruded",
-                plates_lines(_EXTRUDED, SPACE, "3-D, tetwild"),
-                ("3-D, extruded", "3-D, tetwild"),
-            ),
+            Group("3-D, extruded", plates_lines(_EXTRUDED, SPACE, _CUT), (_SWEPT, _CUT)),
         ),
     ),
 )

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from fingerdesign_bench.speed.precision_lines import Chart, Line
+from fingerdesign_bench.speed.precision_lines import Chart, Line, Reference
 from fingerdesign_bench.speed.precision_run import QUANTITIES, STAGES, Errors, Run
 
 _ERRORS = ["F_n", "F_t", "stick", "gages", "faces"]
@@ -36,7 +36,7 @@ class Point:
             "chart": self.chart,
             "group": self.group,
             "line": self.line.label,
-            "reference": self.line.reference,
+            "reference": self.line.reference.name,
             **{name: getattr(run, name) for name in parts},
             "seconds": run.total,
             "cpu_s": run.cpu_s,
@@ -72,5 +72,5 @@ class Precision:
     points: tuple[Point, ...]
     differences: dict[tuple[str, str], Errors]
     remarks: dict[str, list[str]]
-    references: dict[str, Run]
+    references: dict[Reference, Run]
     charts: tuple[Chart, ...]
