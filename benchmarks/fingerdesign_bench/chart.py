@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.report.style import PAPER, SERIES, Axes, Axis, Canvas, canvas
+from fingerdesign.report.style import PAPER, Axis, Canvas, canvas
 
 _WIDTH, _LINE = 12.5, 0.165  # Inches: the figure, a line of small text.
 _LETTERS = 215  # of a line of small text
@@ -22,8 +22,7 @@ def footed(height: float, foot: Sequence[str], title: str = "") -> tuple[Canvas,
     ]
     below = _LINE * (len(lines) + 1)
     figure = canvas(_WIDTH, height + below)
-    parts: Any = figure.subfigures(2, 1, height_ratios=[height, below])
-    top, bottom = parts
+    top, bottom = figure.subfigures(2, 1, height_ratios=[height, below])
     if title:
         top.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
     bottom.text(0.008, 0.98, "\n".join(lines), va="top", fontsize=7.5, linespacing=1.3)
@@ -37,26 +36,17 @@ def save(figure: Canvas, path: Path, dpi: float = 110.0) -> Path:
     return path
 
 
-def dots(axes: Axes, number: int, x: Sequence[float], y: Sequence[float], label: str) -> None:
-    """Draw the points of series ``number``."""
-    colour, _, marker = SERIES[number % len(SERIES)]
-    axes.plot(x, y, color=colour, linestyle="none", marker=marker, label=label)
-
-
 def tick(axis: Axis) -> None:
     """Plain numbers at 1, 2 and 5 of each decade, or at 1 alone where there are many."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    from matplotlib.ticker import LogLocator, NullFormatter
 
     low, high = axis.get_view_interval()
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high / low < _MANY else (1.0,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+    axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
 
 
 def fixed_ticks(axis: Axis, places: Sequence[float]) -> None:
     """Plain numbers at these places."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
-    axis.set_major_locator(FixedLocator(list(places)))
-    axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+    axis.set_ticks(places, [f"{place:g}" for place in places])
+    axis.set_ticks([], minor=True)

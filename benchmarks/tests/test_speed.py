@@ -8,9 +8,10 @@ from fingerdesign_bench.check import Check, Shown
 from fingerdesign_bench.cli.bench import run_parts
 from fingerdesign_bench.machine import busy, caption, machine
 from fingerdesign_bench.speed import speed as bench
-from fingerdesign_bench.speed.coupling import QUICK, Coupled
+from fingerdesign_bench.speed.coupling import QUICK, Coupled, coupled
 from fingerdesign_bench.speed.growth import Size, fit
 from fingerdesign_bench.speed.speed import PLANE, SPACE, measure_speed, run_case, target_checks
+from fingerdesign_bench.speed.speed_worker import timed_grip, timed_path
 
 from fingerdesign.errors import SolverError
 
@@ -30,20 +31,20 @@ spaces = [size(SPACE, n, 500, increment_s=0.05) for n in (1e3, 1e4, 5e4, 100_000
 @pytest.mark.slow
 def test_a_case_in_a_process_of_its_own():
     case = {"fidelity": "plane-strain", "contact": 0.4, "far": 2.0, "layers": 1, "runs": 2}
-    found = run_case(case)
+    found = run_case(timed_path, case)
     assert found["memory_MB"] >= found["base_MB"] > 10
     assert len(found["runs"]) == 2
     run = found["runs"][0]
-    assert len(run["increments"]) == 16
-    assert run["total"] >= run["model"] >= run["mesh"] + run["assemble"] + run["condense"]
+    assert len(run["increments_s"]) == 16
+    assert run["total_s"] >= run["model_s"] >= run["mesh_s"] + run["assemble_s"] + run["condense_s"]
     with pytest.raises(SolverError, match="failed: KeyError: 'contact'"):
-        run_case({"fidelity": "plane-strain", "runs": 1})
+        run_case(timed_path, {"fidelity": "plane-strain", "runs": 1})
 
 
 @pytest.mark.slow
 def test_a_grip_has_200_moves_or_more():
     values = {"mesh.section.contact_size_mm": 0.4, "mesh.section.plate_size_mm": 0.4}
-    found = run_case({"grip": True, "fidelity": "plane-strain", "runs": 1, "values": values})
+    found = run_case(timed_grip, {"fidelity": "plane-strain", "runs": 1, "values": values})
     run = found["runs"][0]
     assert run["moves"] >= 200
     assert run["per_200"] == pytest.approx(run["seconds"] * 200 / run["moves"])
@@ -52,7 +53,7 @@ def test_a_grip_has_200_moves_or_more():
 @pytest.mark.slow
 def test_pads_in_mujoco_are_measured_against_their_targets():
     pytest.importorskip("mujoco", reason="pip install 'fingerdesign[mujoco]' brings it")
-    found = Coupled(**run_case({"mujoco": True, **QUICK, "seconds": 0.2}))
+    found = Coupled(**run_case(coupled, {**QUICK, "seconds": 0.2}))
     step, wrench, _, mass = found.checks()
     assert found.contact_nodes > 100
     assert step.measured == found.step_ms > 0.0
@@ -87,7 +88,9 @@ def test_what_is_written(tmp_path, monkeypatch):
     sizes = iter([*planes, *spaces[:2]])
     monkeypatch.setattr(bench, "_size", lambda *given: next(sizes))
     pads = {"contact_nodes": 9, "step_ms": 1.0, "parts": 1.0, "wrench_N": 0, "drift": 0, "mass": 1}
-    monkeypatch.setattr(bench, "run_case", lambda case: pads if "mujoco" in case else grips[PLANE])
+    monkeypatch.setattr(
+        bench, "run_case", lambda work, _: pads if work is coupled else grips[PLANE]
+    )
     paths = measure_speed(tmp_path, lambda message: None, quick=True).write(tmp_path, "speed")
     assert [path.name for path in paths] == ["speed.csv", "speed.json", "speed.png"]
     record = json.loads(paths[1].read_text("utf-8"))

@@ -1,7 +1,7 @@
 """Condensed against full, and what condensing costs over factoring and over the machine's limit."""
 
 import time
-from collections.abc import Callable
+import timeit
 
 import numpy as np
 
@@ -102,7 +102,7 @@ def cost_checks(repeats: int = 3) -> list[Check]:
 def dense_rate(size: int = 4000) -> float:
     """Floating-point operations per second of a product of two dense matrices, best of three."""
     left = np.random.default_rng(0).normal(size=(size, size))
-    return 2.0 * size**3 / min(_seconds(lambda: left @ left) for _ in range(3))
+    return 2.0 * size**3 / min(timeit.repeat(lambda: left @ left, number=1, repeat=3))
 
 
 def condensation_checks() -> list[Check]:
@@ -114,9 +114,3 @@ def condensation_checks() -> list[Check]:
         *exactness_checks(coarse, extrude(coarse, Zone(3.0)), 3.0, "3-D"),
         *cost_checks(),
     ]
-
-
-def _seconds(work: Callable[[], object]) -> float:
-    start = time.perf_counter()
-    work()
-    return time.perf_counter() - start

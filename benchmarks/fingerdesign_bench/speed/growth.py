@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.report.style import SERIES, Axes, house_style
-from fingerdesign_bench.chart import dots, footed, save, tick
+from fingerdesign.report.style import SERIES, house_style, points
+from fingerdesign_bench.chart import footed, save, tick
 from fingerdesign_bench.machine import caption
 
 _POINTS = 3  # through fewer a law is not fitted
@@ -80,29 +80,24 @@ def draw_growth(
     notes: Sequence[str] = (),
 ) -> Path:
     """Model time and memory against dofs, increment time against contact nodes, log-log."""
+    fitted = {(law.kind, law.quantity): law for law in laws}
     with house_style():
         figure, top = footed(3.6, [_TIMED, *notes, caption(machine)])
         for axes, (quantity, against, words) in zip(top.subplots(1, len(LAWS)), LAWS, strict=True):
             for number, kind in enumerate(dict.fromkeys(each.kind for each in sizes)):
                 mine = [each for each in sizes if each.kind == kind]
-                law = next((e for e in laws if (e.kind, e.quantity) == (kind, quantity)), None)
-                _draw_series(axes, number, mine, (quantity, against), law)
+                x, y = ([getattr(each, name) for each in mine] for name in (against, quantity))
+                colour, dashes, marker = SERIES[number]
+                label, law = kind, fitted.get((kind, quantity))
+                if law is not None:
+                    label = f"{kind}: power {law.exponent:.2f}"
+                    ends = np.array([min(x), max(x)], dtype=float)
+                    line = law.factor * ends**law.exponent
+                    axes.plot(ends, line, color=colour, linestyle=dashes)
+                axes.plot(x, y, **points(colour, marker, 4.5, label))
             axes.set(xscale="log", yscale="log", title=words)
             axes.set_xlabel(against.replace("_", " "))
             axes.legend(loc="best", fontsize=8)
             tick(axes.xaxis)
             tick(axes.yaxis)
         return save(figure, path)
-
-
-def _draw_series(
-    axes: Axes, number: int, sizes: Sequence[Size], names: tuple[str, str], law: Growth | None
-) -> None:
-    """Draw one kind's meshes, and its law where there is one."""
-    y, x = ([getattr(each, name) for each in sizes] for name in names)
-    label = f"{sizes[0].kind}: power {law.exponent:.2f}" if law else sizes[0].kind
-    dots(axes, number, x, y, label)
-    if law:
-        colour, dashes, _ = SERIES[number % len(SERIES)]
-        ends = np.array([min(x), max(x)], dtype=float)
-        axes.plot(ends, law.factor * ends**law.exponent, color=colour, linestyle=dashes)

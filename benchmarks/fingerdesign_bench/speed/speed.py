@@ -5,7 +5,7 @@ the least of the runs after it. Whole runs go from the design to the last increm
 condensed compliance (mesh, assembly, condensation).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
@@ -19,9 +19,9 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check, Shown, Table
 from fingerdesign_bench.machine import machine
 from fingerdesign_bench.speed.condensation import condensation_checks
-from fingerdesign_bench.speed.coupling import FULL, QUICK, Coupled
+from fingerdesign_bench.speed.coupling import FULL, QUICK, Coupled, coupled
 from fingerdesign_bench.speed.growth import Size, draw_growth, fit
-from fingerdesign_bench.speed.speed_worker import GRIP_SPACE
+from fingerdesign_bench.speed.speed_worker import GRIP_SPACE, timed_grip, timed_path
 
 PLANE, SPACE = "plane strain", "3-D"
 # Contact and far sizes, mm: the third has 33k dofs.
@@ -32,6 +32,7 @@ _FLAT = "{kind}, {dofs} dofs, nu = 0.49"
 _DEEP = "{kind}, {dofs} dofs, {contact_nodes} contact nodes"
 _LARGE = "{kind}, {dofs} dofs"
 _PEAK = ("memory_MB", "base_MB")
+Case = dict[str, Any]
 # Series, its mesh, name, target, unit, factor to the unit, quantities of a Size that are added.
 Target = tuple[str, int, str, float, str, float, tuple[str, ...]]
 TARGETS: tuple[Target, ...] = (
@@ -73,25 +74,29 @@ def measure_speed(folder: Path, report: Report, quick: bool = False) -> Shown:
     for contact, far, layers in _SPACE_SIZES[: 2 if quick else None]:
         report(f"{SPACE}, facets of {contact:g} mm")
         sizes.append(_size(SPACE, contact, far, layers, 2))
-    grips: dict[str, dict[str, Any]] = {}
+    grips = dict[str, Case]()
     for kind, fidelity, runs, values in _GRIPS[: 1 if quick else None]:
         report(f"a grip, {kind}")
-        grips[kind] = run_case({"grip": True, "fidelity": fidelity, "runs": runs, "values": values})
+        grips[kind] = run_case(timed_grip, {"fidelity": fidelity, "runs": runs, "values": values})
     checks, tables = target_checks(sizes, grips), list[Table]()
     if find_spec("mujoco") is not None:
         report("two pads inside MuJoCo")
-        found = Coupled(**run_case({"mujoco": True, **(QUICK if quick else FULL)}))
+        found = Coupled(**run_case(coupled, QUICK if quick else FULL))
         checks, tables = checks + found.checks(), [found.table()]
     if not quick:
         report("condensing against its limits")
         checks += condensation_checks()
     laws = [law for kind in (PLANE, SPACE) for law in fit(kind, sizes)]
-    growth = [asdict(law) for law in laws]
     return Shown(
         "Speed",
         checks,
         begun,
-        {"quick": quick, "growth": growth, "grips": grips, "other_codes": OTHER_CODES},
+        {
+            "quick": quick,
+            "growth": [asdict(law) for law in laws],
+            "grips": grips,
+            "other_codes": OTHER_CODES,
+        },
         tables=tables,
         rows=[asdict(each) for each in sizes],
         paths=[draw_growth(sizes, laws, begun, folder / "speed.png", [OTHER_CODES])],
@@ -102,12 +107,10 @@ def measure_speed(folder: Path, report: Report, quick: bool = False) -> Shown:
     )
 
 
-def run_case(case: dict[str, Any]) -> dict[str, Any]:
-    """Measure a case with ``speed_worker`` in a process of its own. Raises SolverError."""
+def run_case(work: Callable[[Case], Case], case: Case) -> Case:
+    """``work(case)`` in a process of its own. Raises SolverError."""
     try:
-        found: dict[str, Any] = call(
-            "fingerdesign_bench.speed.speed_worker:timed", case, time_s=_TIME_LIMIT_S
-        )
+        found: Case = call(work, case, time_s=_TIME_LIMIT_S)
     except ProcessError as error:
         raise SolverError(f"the case {case}: {error}") from error
     return found
@@ -116,23 +119,19 @@ def run_case(case: dict[str, Any]) -> dict[str, Any]:
 def _size(kind: str, contact: float, far: float, layers: int, runs: int) -> Size:
     fidelity = "plane-strain" if kind == PLANE else "3d"
     case = {"fidelity": fidelity, "contact": contact, "far": far, "layers": layers, "runs": runs}
-    found = run_case(case)
-    all_runs = found["runs"]
-    warm = all_runs[1:] or all_runs
-    best = min(warm, key=lambda run: float(run["model"]))
-    increments = min((run["increments"] for run in warm), key=sum)
+    found = run_case(timed_path, case)
+    cold, *more = found["runs"]
+    warm = more or [cold]
+    best = min(warm, key=lambda run: float(run["model_s"]))
+    parts = ("dofs", "contact_nodes", "mesh_s", "assemble_s", "condense_s", "model_s")
+    increments = min((run["increments_s"] for run in warm), key=sum)
     return Size(
         kind=kind,
-        dofs=best["dofs"],
-        contact_nodes=best["contact_nodes"],
-        mesh_s=best["mesh"],
-        assemble_s=best["assemble"],
-        condense_s=best["condense"],
-        model_s=best["model"],
+        **{name: best[name] for name in parts},
         increment_s=float(np.mean(increments)),
         worst_increment_s=max(increments),
-        total_s=min(run["total"] for run in warm),
-        cold_s=all_runs[0]["total"],
+        total_s=min(run["total_s"] for run in warm),
+        cold_s=cold["total_s"],
         memory_MB=found["memory_MB"] - found["base_MB"],
         base_MB=found["base_MB"],
     )
