@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from fingerdesign.runtime.cache import code_digest
@@ -15,8 +16,9 @@ Record = dict[str, Any]
 CRASHED = "crashed"
 
 
-def code_version(folder: Path) -> str:
-    """The package's version and a digest of the code in a folder of it."""
+def code_version(package: ModuleType) -> str:
+    """The version of fingerdesign and a digest of the code of one of its packages."""
+    folder = Path(str(package.__file__)).parent
     return f"{versions()['fingerdesign']}, {code_digest(folder)[:12]}"
 
 

@@ -67,7 +67,7 @@ QUICK = (0, 1, 6)
 def measure_forecasts(folder: Path, report: Report, quick: bool = False) -> Shown:
     """Forecast and run each pair that ``folder`` has no record of yet, one after the other."""
     begun, every = machine(), {name_of(pair): pair for pair in plain_pairs(quick)}
-    version = code_version(Path(str(fingerdesign.analysis.__file__)).parent)
+    version = code_version(fingerdesign.analysis)
     work = apart("fingerdesign_bench.any_finger.forecast:measured", TIME_LIMIT_S)
     path = folder / JOURNAL
     found = resumed(path, version, every, work, report, lambda *each: " ".join(row(*each)))

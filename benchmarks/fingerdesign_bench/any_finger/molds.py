@@ -45,7 +45,7 @@ def measure_molds(folder: Path, report: Report, seeds: int, workers: int | None)
     """Make molds that ``folder`` has no record of yet: of shipped designs and ``seeds`` others."""
     begun, workers = machine(), workers or usable_cores()
     cases = {name: name for name in (*shipped_names(), *(str(seed) for seed in range(seeds)))}
-    version = code_version(Path(str(fingerdesign.mold.__file__)).parent)
+    version = code_version(fingerdesign.mold)
     work = apart("fingerdesign_bench.any_finger.molds:mold_one", TIME_LIMIT_S)
     found = resumed(folder / JOURNAL, version, cases, work, report, words, workers)
     records = list(found.values())

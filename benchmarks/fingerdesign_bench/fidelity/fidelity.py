@@ -88,7 +88,7 @@ def solve_all(
     kind: str, sizes: dict[int, int], folder: Path, report: Report, workers: int
 ) -> list[Record]:
     """Records of one kind of work on pairs by number; each pair in a process of its own."""
-    version = code_version(Path(str(fingerdesign.analysis.fidelity.__file__)).parent)
+    version = code_version(fingerdesign.analysis.fidelity)
     tasks = {str(number): (kind, number, dofs) for number, dofs in sorted(sizes.items())}
     work = apart("fingerdesign_bench.fidelity.run:work")
     path = folder / f"{kind}.sqlite"

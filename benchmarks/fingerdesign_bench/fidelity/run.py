@@ -6,6 +6,7 @@ space, are computed once and shipped (fidelity_references.json).
 """
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -98,10 +99,14 @@ def _record(pair: Pair, dimension: Dimension, scale: float, solve: InTurn) -> Re
     }
 
 
+def _finest(scales: Sequence[float], dofs_at_one: int, most: int) -> float:
+    """The first scale with about ``most`` equations or fewer; the last where none has."""
+    return next((s for s in scales if dofs_at_one * s**-GROWTH <= most), scales[-1])
+
+
 def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
     """The much finer model in space: plates as the design says, more layers, smaller sizes."""
-    sizes = [s for s in REFERENCE_SCALES if dofs_at_one * s**-GROWTH <= _REFERENCE_DOFS]
-    scale = sizes[0] if sizes else REFERENCE_SCALES[-1]
+    scale = _finest(REFERENCE_SCALES, dofs_at_one, _REFERENCE_DOFS)
     solve, coarsest = InTurn(), SPACE_SCALES[0]  # which shows how wide a zone it takes
     for each in (coarsest, scale):
         solved = solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", each))
@@ -123,8 +128,7 @@ def solve_finest(pair: Pair, dofs_at_one: int) -> list[Record]:
     if dofs_at_one * finest**-GROWTH <= MOST_DOFS:
         return []
     sizes = [s for s in REFERENCE_SCALES if s >= finest]
-    fit = [s for s in sizes if dofs_at_one * s**-GROWTH <= _WHOLE_DOFS]
-    scale, solve = fit[0] if fit else sizes[-1], InTurn()
+    scale, solve = _finest(sizes, dofs_at_one, _WHOLE_DOFS), InTurn()
     solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", SPACE_SCALES[0]))
     found = _record(pair, "3-D", scale, solve)
     return [{**found, "scale": finest, "made_scale": scale, "beyond": True}]

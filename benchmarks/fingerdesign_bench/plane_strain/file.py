@@ -129,24 +129,18 @@ def _base(study: StudyFile) -> Design:
 
 
 def _one_off(study: StudyFile, base: Design, row: Mapping[str, Any]) -> Point:
-    parts: dict[str, dict[str, Any]] = {"scene": {}, "mesh": {}, "design": {}}
-    for key, value in row.items():
-        table, _, rest = key.partition(".")
-        if table in ("scene", "mesh"):
-            parts[table][rest] = value
-        elif key != "name":
-            parts["design"][key] = value
+    """The one-off model of a row: keys of the study's scene and mesh, all others the design's."""
     if not isinstance(row.get("name"), str):
         raise DesignError([Fault("also.name", "(absent)", "text", 'add one: name = "..."')])
-    scene = _with(study.scene, parts["scene"])
-    mesh = _with(study.mesh, parts["mesh"])
-    numbers = {key: value for key, value in parts["design"].items() if isinstance(value, float)}
-    return Point(_changed(base, parts["design"]), scene, mesh, numbers, row["name"])
 
+    def changed(name: str, table: _Table) -> _Table:
+        own = {k.partition(".")[2]: value for k, value in row.items() if k.startswith(f"{name}.")}
+        return _validated(type(table), table.model_dump() | own, "also")
 
-def _with(table: _Table, values: Mapping[str, Any]) -> _Table:
-    """Return a table of the study with keys set."""
-    return _validated(type(table), table.model_dump() | dict(values), "also")
+    scene, mesh = changed("scene", study.scene), changed("mesh", study.mesh)
+    own = {k: v for k, v in row.items() if k != "name" and not k.startswith(("scene.", "mesh."))}
+    numbers = {key: value for key, value in own.items() if isinstance(value, float)}
+    return Point(_changed(base, own), scene, mesh, numbers, row["name"])
 
 
 def _validated(kind: type[_Table], data: Mapping[str, Any], source: str) -> _Table:

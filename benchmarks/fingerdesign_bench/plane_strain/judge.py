@@ -103,10 +103,8 @@ def uncertainty(chart: PlaneStrainMap) -> dict[str, dict[str, float]]:
             if name != FINER
         ]
         relative = float(np.percentile(shares, _NINE_OF_TEN)) if shares else 1.0
-        found[quantity] = {
-            "absolute": float(f"{absolute:.3g}"),
-            "relative": float(f"{relative:.3g}"),
-        }
+        sure = {"absolute": absolute, "relative": relative}
+        found[quantity] = {name: float(f"{value:.3g}") for name, value in sure.items()}
     return found
 
 
@@ -139,11 +137,8 @@ def beyond_the_grid(chart: PlaneStrainMap, rule: Rule) -> float | None:
 
 def mesh_errors(chart: PlaneStrainMap) -> dict[str, float]:
     """By quantity, the greatest change of the errors on finer meshes; empty where none were run."""
-    found: dict[str, float] = {}
-    for quantity in QUANTITIES:
-        changes = [
-            abs(own - looked) for name, looked, own in against_map(chart, quantity) if name == FINER
-        ]
-        if changes:
-            found[quantity] = max(changes)
-    return found
+    changes = {
+        quantity: [abs(own - at) for name, at, own in against_map(chart, quantity) if name == FINER]
+        for quantity in QUANTITIES
+    }
+    return {quantity: max(each) for quantity, each in changes.items() if each}

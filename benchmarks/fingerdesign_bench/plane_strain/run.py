@@ -35,7 +35,8 @@ def run_study(points: Iterable[Point], journal: Path, report: Report) -> list[Re
     by_key = {key_of(point): point for point in points}
 
     def words(key: str, _record: Record) -> str:
-        return _words(by_key[key])
+        point = by_key[key]
+        return point.name or ", ".join(f"{name} {at:g}" for name, at in point.values.items())
 
     found = resumed(journal, str(FORMAT), by_key, compare, report, words)
     return [
@@ -129,7 +130,3 @@ def _span_share(point: Point) -> float:
         return 0.0
     depth = point.design.body.depth_mm
     return (plates.span_mm if plates.span_mm is not None else depth) / depth
-
-
-def _words(point: Point) -> str:
-    return point.name or ", ".join(f"{key} {value:g}" for key, value in point.values.items())
