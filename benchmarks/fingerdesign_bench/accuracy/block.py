@@ -6,13 +6,18 @@ costs little more than a shallow one. Names of the facets: "contact" (y = 0), "b
 "left" and "right". No CAD and no mesher: numpy only.
 """
 
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Mapping
+from dataclasses import replace
 
-from fingerdesign.arrays import Array, IntArray
+import numpy as np
+
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.cells import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, quadratic
+from fingerdesign.mesh.cells import TRIANGLE_EDGES, quadratic
 from fingerdesign.mesh.types import Mesh
+
+# The order of a mirrored cell's nodes that keeps its size above 0.
+MIRRORED = {2: [1, 0, 2, 3, 5, 4], 3: [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
 
 def graded(size: float, fine: float, extent: float, growth: float = 1.3) -> Array:
@@ -66,8 +71,7 @@ def rectangle(x: Array, y: Array) -> Mesh:
         "left": nodes[:, 0] == x[0],
         "right": nodes[:, 0] == x[-1],
     }
-    facets = {name: facets_on(cells, mask, 2) for name, mask in on.items()}
-    return Mesh(nodes, cells, np.zeros(len(cells), dtype=np.int64), facets, "block")
+    return section_mesh(nodes, cells, on)
 
 
 def block_section(
@@ -82,19 +86,18 @@ def block_section(
     return rectangle(x, y)
 
 
-def facets_on(cells: IntArray, mask: NDArray[np.bool_], dimension: int) -> IntArray:
-    """Facets (f, 3 or 6) of quadratic cells all of whose corners are in ``mask`` (n,).
+def section_mesh(
+    nodes: Array, cells: IntArray, on: Mapping[str, BoolArray], mesher: str = "block"
+) -> Mesh:
+    """A section of one material, its facets by names: the edges both of whose ends are in a mask
+    (n,) of ``on``.
 
     For masks of one flat or smooth piece of the boundary: an inner facet would be found too.
     """
-    local: list[tuple[int, ...]]
-    if dimension == 2:
-        local = [(*edge, 3 + k) for k, edge in enumerate(TRIANGLE_EDGES)]
-    else:
-        middle = {edge: 4 + k for k, edge in enumerate(TETRA_EDGES)}
-        local = [(a, b, c, middle[a, b], middle[b, c], middle[a, c]) for a, b, c in TETRA_FACETS]
-    found = [cells[mask[cells[:, each[:dimension]]].all(axis=1)][:, each] for each in local]
-    return np.vstack(found)
+    local = np.array([(*edge, 3 + k) for k, edge in enumerate(TRIANGLE_EDGES)])
+    edges = cells[:, local].swapaxes(0, 1).reshape(-1, 3)
+    facets = {name: edges[mask[edges[:, :2]].all(axis=1)] for name, mask in on.items()}
+    return Mesh(nodes, cells, np.zeros(len(cells), dtype=np.int64), facets, mesher)
 
 
 def shell_scales(first: float, last: float, growth: float) -> Array:
@@ -115,22 +118,4 @@ def near(mesh: Mesh, facets: str, reach: float) -> IntArray:
 def upside_down(mesh: Mesh) -> Mesh:
     """The mesh mirrored in y = 0: a body that comes from above, cells still well oriented."""
     points = mesh.points * np.where(np.arange(mesh.dimension) == 1, -1.0, 1.0)
-    swapped = [1, 0, 2, 3, 5, 4] if mesh.dimension == 2 else [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]
-    return Mesh(
-        points,
-        mesh.cells[:, swapped],
-        mesh.regions,
-        mesh.facets,
-        mesh.mesher,
-        mesh.symmetric,
-        mesh.notes,
-    )
-
-
-def oriented(points: Array, cells: IntArray) -> IntArray:
-    """Simplices with their first corners swapped where the size is negative."""
-    edges = points[cells[:, 1:]] - points[cells[:, :1]]
-    cells = cells.copy()
-    wrong = np.linalg.det(edges) < 0.0
-    cells[wrong, :2] = cells[wrong, 1::-1]
-    return cells
+    return replace(mesh, points=points, cells=mesh.cells[:, MIRRORED[mesh.dimension]])

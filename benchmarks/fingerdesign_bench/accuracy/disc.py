@@ -5,12 +5,14 @@ they meet in the centre (0, -radius). Every node that belongs on the arc, mid-ed
 on it to rounding. Names of the facets: "contact" (the whole arc) and, of a half, "base" (its flat).
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mesh.cells import TRIANGLE_EDGES, quadratic
 from fingerdesign.mesh.types import Mesh
-from fingerdesign_bench.accuracy.block import both_sides, facets_on, graded, rectangle
+from fingerdesign_bench.accuracy.block import both_sides, graded, rectangle, section_mesh
 
 
 def half_disc(radius: float, fine: float, size: float, growth: float = 1.3) -> Mesh:
@@ -33,16 +35,16 @@ def disc(radius: float, fine: float, size: float, growth: float = 1.3) -> Mesh:
 def right_half(mesh: Mesh) -> Mesh:
     """The cells of a section that lie in x >= 0, to be revolved; their facets keep their names."""
     keep = (mesh.points[mesh.corners, 0] >= 0.0).all(axis=1)
-    used, cells = np.unique(mesh.cells[keep], return_inverse=True)
+    used = np.unique(mesh.cells[keep])
     number = np.full(len(mesh.points), -1)
     number[used] = np.arange(len(used))
     facets = {name: number[each] for name, each in mesh.facets.items()}
-    return Mesh(
-        mesh.points[used],
-        cells.reshape(-1, mesh.cells.shape[1]).astype(np.int64),
-        mesh.regions[keep],
-        {name: each[(each >= 0).all(axis=1)] for name, each in facets.items()},
-        mesh.mesher,
+    return replace(
+        mesh,
+        points=mesh.points[used],
+        cells=number[mesh.cells[keep]],
+        regions=mesh.regions[keep],
+        facets={name: each[(each >= 0).all(axis=1)] for name, each in facets.items()},
     )
 
 
@@ -54,13 +56,10 @@ def _wheel(radius: float, half_angle: float, fine: float, size: float, growth: f
     polar, triangles = _corners(angles, distances, whole)
     nodes, cells = quadratic(polar, triangles)
     _turn_middles(nodes, cells)
-    rim = nodes[:, 1] == radius
-    facets = {"contact": facets_on(cells, rim, 2)}
+    on = {"contact": nodes[:, 1] == radius}
     if not whole:
-        flat = (np.abs(nodes[:, 0]) == half_angle) | (nodes[:, 1] == 0.0)
-        facets["base"] = facets_on(cells, flat, 2)
-    regions = np.zeros(len(cells), dtype=np.int64)
-    return Mesh(_placed(nodes, radius), cells, regions, facets, "disc")
+        on["base"] = (np.abs(nodes[:, 0]) == half_angle) | (nodes[:, 1] == 0.0)
+    return section_mesh(_placed(nodes, radius), cells, on, "disc")
 
 
 def _corners(angles: Array, distances: Array, whole: bool) -> tuple[Array, IntArray]:

@@ -11,11 +11,16 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.cells import TETRA_EDGES, TRIANGLE_EDGES, quadratic
+from fingerdesign.mesh.cells import TETRA_EDGES, quadratic, with_mid_nodes
+from fingerdesign.mesh.measures import oriented
 from fingerdesign.mesh.types import Mesh
-from fingerdesign_bench.accuracy.block import facets_on, graded, oriented, rectangle, shell_scales
-
-_LARGE = 2**31  # It exceeds the nodes of any mesh: two numbers make one key.
+from fingerdesign_bench.accuracy.block import (
+    MIRRORED,
+    graded,
+    rectangle,
+    section_mesh,
+    shell_scales,
+)
 
 
 def round_block_section(
@@ -52,8 +57,7 @@ def round_block_section(
         "base": nodes[:, 1] <= -depth * (1.0 - 1e-12),
         "side": nodes[:, 0] >= radius * (1.0 - 1e-12),
     }
-    facets = {name: facets_on(cells, mask, 2) for name, mask in on.items()}
-    return Mesh(nodes, cells, np.zeros(len(cells), dtype=np.int64), facets, "block")
+    return section_mesh(nodes, cells, on)
 
 
 def revolved_half(section: Mesh, steps: int = 12) -> Mesh:
@@ -70,17 +74,17 @@ def revolved_half(section: Mesh, steps: int = 12) -> Mesh:
     own = np.arange(count)
     rings = [np.where(axis, own, own + k * count) for k in range(steps + 1)]
     triangles = np.sort(section.corners, axis=1)
-    cells = _swept(triangles, rings)
-    corners, cells = _numbered(cells)
+    swept = _swept(triangles, rings)
+    corners, place = np.unique(swept, return_inverse=True)
     angle = np.where(axis[corners % count], np.nan, corners // count * (np.pi / steps))
     flat = section.points[corners % count]
-    cells = oriented(_placed(flat, angle), cells)
+    cells = oriented(_placed(flat, angle), place.reshape(swept.shape))
     nodes, cells = quadratic(np.column_stack([flat, np.nan_to_num(angle)]), cells)
     _turn_middles(section, corners % count, angle, nodes, cells)
 
     def named(lower: IntArray) -> IntArray:
         """Swept facets by their corners in the numbers of rings, with their mid-edge nodes."""
-        return _with_middles(np.searchsorted(corners, lower), cells)
+        return with_mid_nodes(cells, np.searchsorted(corners, lower))
 
     facets = {}
     for name, edges in section.facets.items():
@@ -101,8 +105,7 @@ def both_halves(half: Mesh) -> Mesh:
     on_plane = half.points[:, 2] == 0.0
     number = np.where(on_plane, np.arange(count), count + np.cumsum(~on_plane) - 1)
     points = np.vstack([half.points, half.points[~on_plane] * [1.0, 1.0, -1.0]])
-    swapped = [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]  # the order that keeps a mirrored cell's volume > 0
-    cells = np.vstack([half.cells, number[half.cells][:, swapped]])
+    cells = np.vstack([half.cells, number[half.cells][:, MIRRORED[3]]])
     facets = {
         name: np.vstack([each, number[each]])
         for name, each in half.facets.items()
@@ -126,12 +129,6 @@ def _swept(simplices: IntArray, rings: list[IntArray]) -> IntArray:
     return np.asarray(swept[distinct])
 
 
-def _numbered(cells: IntArray) -> tuple[IntArray, IntArray]:
-    """The numbers in use (n,), ascending, and cells in terms of their places."""
-    used, place = np.unique(cells, return_inverse=True)
-    return used, place.reshape(cells.shape).astype(np.int64)
-
-
 def _placed(flat: Array, angle: Array) -> Array:
     """(distance from the axis, y) and the angle from +x toward +z -> (x, y, z)."""
     turn = np.nan_to_num(angle)
@@ -145,29 +142,12 @@ def _turn_middles(
 
     own, angle (corners,): section node and angle, NaN on the axis; nodes (n, 3): x, y, angle.
     """
-    keys, middle = _edge_table(section.cells, TRIANGLE_EDGES)
     for local, (a, b) in enumerate(TETRA_EDGES):
         first, second, added = cells[:, a], cells[:, b], cells[:, 4 + local]
-        low, high = np.minimum(own[first], own[second]), np.maximum(own[first], own[second])
-        apart = low != high
-        found = middle[np.searchsorted(keys, low[apart] * _LARGE + high[apart])]
-        nodes[added[apart], :2] = section.points[found]
+        ends = np.column_stack([own[first], own[second]])
+        apart = ends[:, 0] != ends[:, 1]
+        middles = with_mid_nodes(section.cells, ends[apart])[:, 2]
+        nodes[added[apart], :2] = section.points[middles]
         here = np.where(np.isnan(angle[first]), angle[second], angle[first])
         there = np.where(np.isnan(angle[second]), angle[first], angle[second])
         nodes[added, 2] = np.nan_to_num(0.5 * (here + there))
-
-
-def _edge_table(cells: IntArray, pairs: tuple[tuple[int, int], ...]) -> tuple[IntArray, IntArray]:
-    """Sorted keys of the edges of quadratic cells and the mid-edge node of each."""
-    corners = cells.shape[1] - len(pairs)
-    ends = np.sort(np.stack([cells[:, pair] for pair in pairs], axis=1).reshape(-1, 2), axis=1)
-    keys, first = np.unique(ends[:, 0] * _LARGE + ends[:, 1], return_index=True)
-    return keys, cells[:, corners:].reshape(-1)[first]
-
-
-def _with_middles(facets: IntArray, cells: IntArray) -> IntArray:
-    """Triangles (f, 3) with their mid-edge nodes (f, 6)."""
-    keys, middle = _edge_table(cells, TETRA_EDGES)
-    ends = np.sort(np.stack([facets[:, pair] for pair in TRIANGLE_EDGES], axis=1), axis=2)
-    found = np.searchsorted(keys, ends[..., 0] * _LARGE + ends[..., 1])
-    return np.hstack([facets, middle[found]])
