@@ -3,16 +3,15 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
 from fingerdesign.checks.load import parse_design
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.cells import quadratic
+from fingerdesign.mesh.cells import TRIANGLE_EDGES
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh
@@ -140,10 +139,9 @@ def distorted(mesh: Mesh, share: float, seed: int) -> Mesh:
     used, cells = np.unique(corners, return_inverse=True)
     cells = cells.reshape(corners.shape)
     points = mesh.points[used]
-    held = np.isin(used, np.unique(np.concatenate([f[:, :2] for f in mesh.facets.values()])))
-    plates = np.unique(cells[mesh.regions > 0])
-    held[plates] = True
-    ends = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]])
+    held = np.isin(used, np.concatenate([f[:, :2] for f in mesh.facets.values()]))
+    held[cells[mesh.regions > 0]] = True
+    ends = np.concatenate([cells[:, pair] for pair in TRIANGLE_EDGES])
     length = np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1)
     shortest = np.full(len(points), np.inf)
     for side in (0, 1):
@@ -152,9 +150,9 @@ def distorted(mesh: Mesh, share: float, seed: int) -> Mesh:
     angle = rng.uniform(0.0, 2.0 * np.pi, len(points))
     reach = share * shortest * np.where(held, 0.0, 1.0)
     step = reach[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    before = _areas(points, cells)
+    before = cell_volumes(points, cells)
     for _ in range(40):
-        turned = _areas(points + step, cells) < 0.05 * before
+        turned = cell_volumes(points + step, cells) < 0.05 * before
         if not turned.any():
             break
         step[np.unique(cells[turned])] *= 0.5
@@ -162,17 +160,9 @@ def distorted(mesh: Mesh, share: float, seed: int) -> Mesh:
         raise MeshError("the distorted mesh keeps turning triangles over")
     moved = mesh.points.copy()
     moved[used] = points + step
-    # Mid-nodes of the outline lie on the exact arc and stay there.
-    straight, numbering = quadratic(moved, mesh.corners)
-    fixed_middles = np.unique(np.concatenate([f[:, 2] for f in mesh.facets.values()]))
-    middles = np.setdiff1d(np.unique(mesh.cells[:, 3:]), fixed_middles)
-    place = np.zeros(len(moved), dtype=np.int64)
-    place[mesh.cells[:, 3:].ravel()] = numbering[:, 3:].ravel()
-    moved[middles] = straight[place[middles]]
+    for middle, (one, other) in enumerate(TRIANGLE_EDGES, start=3):
+        both = moved[mesh.cells[:, [one, other]]]
+        moved[mesh.cells[:, middle]] = both.mean(axis=1)
+    outline = np.unique(np.concatenate(list(mesh.facets.values())))
+    moved[outline] = mesh.points[outline]  # its mid-nodes lie on the exact arc
     return replace(mesh, points=moved)
-
-
-def _areas(points: Array, cells: NDArray[np.int64]) -> Array:
-    a, b, c = (points[cells[:, k]] for k in range(3))
-    u, v = b - a, c - a
-    return np.asarray(0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]))

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.friction import Friction, friction_at
@@ -61,10 +62,8 @@ class Judge:
     @cached_property
     def first_gap(self) -> Array:
         surface = self.model.surface
-        distance = self.indenter.distance(surface.points)
-        gap = np.zeros(self.model.nodes)
-        np.add.at(gap, surface.node, surface.weight * distance[surface.point])
-        return gap
+        weighted = surface.weight * self.indenter.distance(surface.points)[surface.point]
+        return np.asarray(np.bincount(surface.node, weighted, self.model.nodes), dtype=float)
 
     @cached_property
     def _unit(self) -> float:
@@ -156,12 +155,8 @@ class Judge:
     def _local(self, past: Past, motion: Motion) -> tuple[Array, Array, Array]:
         """Compliance, offset (m, dim) and frames (m, dim, dim) in the judge's own axes."""
         frames = _frames(self.normals)
-        m, dim = self.model.points.shape
-        turn = np.zeros((m * dim, m * dim))
-        for i in range(m):
-            here = slice(i * dim, (i + 1) * dim)
-            turn[here, here] = frames[i]
-        now = self.relative(np.zeros((m, dim)), motion)
+        turn = block_diag(*frames)
+        now = self.relative(np.zeros(self.model.points.shape), motion)
         before = self.relative(past.force, past.motion)
         offset = np.einsum("mab,mb->ma", frames, now - before)
         offset[:, 0] = self.first_gap + np.sum(self.normals * now, axis=1)
@@ -184,14 +179,12 @@ def same_total(one: Array, other: Array, share: float) -> bool:
 
 def _frames(normals: Array) -> Array:
     """Rows: the normal and its tangents, (m, dim, dim), by Householder's reflection of axis 0."""
-    dim = normals.shape[1]
-    axis = np.zeros(dim)
-    axis[0] = 1.0
-    mirror = normals - axis
-    size = np.sum(mirror**2, axis=1)
-    safe = np.where(size > 1e-24, size, 1.0)[:, None, None]
-    reflected = np.eye(dim) - 2.0 * mirror[:, :, None] * mirror[:, None, :] / safe
-    return np.where(size[:, None, None] > 1e-24, reflected, np.eye(dim))
+    unit = np.eye(normals.shape[1])
+    mirror = normals - unit[0]
+    size = np.sum(mirror**2, axis=1)[:, None, None]
+    along = size > 1e-24
+    reflected = unit - 2.0 * mirror[:, :, None] * mirror[:, None, :] / np.where(along, size, 1.0)
+    return np.where(along, reflected, unit)
 
 
 def fixed_bound(
@@ -238,9 +231,7 @@ def _descend(
         new = _admissible(ahead - step * (matrix @ ahead + load), bound, dim)
         moved = new - force
         size = float(np.abs(new).max())
-        if float(np.abs(moved).max()) <= 1e-12 * size and float(np.abs(new - ahead).max()) <= (
-            1e-12 * size
-        ):
+        if max(np.abs(moved).max(), np.abs(new - ahead).max()) <= 1e-12 * size:
             return new, count
         if (ahead - new) @ moved > 0.0:
             momentum, ahead, force = 1.0, new, new
