@@ -188,7 +188,7 @@ def single_thread():
 @pytest.fixture(scope="module")
 def case():
     requested = paper_case.check_case(coarse_design(), SCENE)
-    return paper_case.build_case(requested, SCENE, zone_of(requested, SCENE))
+    return paper_case.build_case(requested.design, SCENE, zone_of(requested, SCENE))
 
 
 def test_the_twin_is_the_same_finger_without_plates(case):

@@ -1,7 +1,8 @@
 """Gages on bonded plates under given tractions: a linear problem, without contact.
 
 References: another program on other elements, ``references/gages.py``, whose docstring has block,
-plates and tractions; its values and their uncertainty stand in ``references/gages.json``. A row's
+plates and tractions; its values and their uncertainty stand in ``references/gages.json``: a reading
+is the strain along, of a tee with 0.33 (bronze's Poisson's ratio) times that across. A row's
 tolerance is five times that uncertainty, at least 0.5 % and at most 2 %, or the
 uncertainty where that is more: set before this program's value was seen.
 """
@@ -21,7 +22,6 @@ from fingerdesign.layout.zone import Zone
 from fingerdesign_bench.known.case import Solution
 
 SHEAR, PRESS = (0.02, -0.4, -0.3), (-0.05, 0.6, -0.4)  # MPa at the middle; slopes along X and Z
-_BRONZE_NU = 0.33
 _HEIGHT = 6.0  # of the block, mm
 _BLOCK = """
 design.name = "bonded"
@@ -97,22 +97,3 @@ def bonded(**block: Any) -> Solution:
     return Solution(
         {f"plate {k}, {face}": float(v) for face, vs in faces.items() for k, v in enumerate(vs)}
     )
-
-
-def known(values: dict[str, list[float]], plate: int, face: str, grid: str) -> tuple[float, float]:
-    """A reading and its uncertainty from the strains of a block in ``references/gages.json``."""
-    faces = ("upper", "lower") if face == "both" else (face,)
-    weights = {"along": 1.0, "across": _BRONZE_NU if grid == "tee" else 0.0}
-    parts = [
-        (weight / len(faces), values[f"{plate} {each} {kind}"])
-        for each in faces
-        for kind, weight in weights.items()
-    ]
-    value = sum(share * own for share, (own, _) in parts)
-    return value, sum(share * off for share, (_, off) in parts)
-
-
-def tolerance(value: float, uncertainty: float) -> float:
-    """The tolerance of a row, as a part of its reference; see the module."""
-    own = uncertainty / abs(value)
-    return max(min(max(5.0 * own, 0.005), 0.02), own)

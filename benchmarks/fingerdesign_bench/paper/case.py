@@ -79,9 +79,9 @@ def check_case(design: Design, scene: Scene) -> Case:
     return case
 
 
-def build_case(case: Case, scene: Scene, zone: Zone) -> PaperCase:
+def build_case(design: Design, scene: Scene, zone: Zone) -> PaperCase:
     """Mesh and condense the finger and its twin; both have the same contact candidates."""
-    design = case.design
+    case = check_case(design, scene)
     model = condense(design, make_mesh(design, "plane-strain", zone), zone, scene)
     rigid = object_at_touch(scene.object, design.body)
     friction = scene.object.friction_coefficient

@@ -67,9 +67,7 @@ def shades(count: int) -> list[tuple[float, float, float, float]]:
     """Colours of an ordered set (friction coefficients), dark to light; viridis' first 90 %."""
     from matplotlib import colormaps
 
-    most = max(count - 1, 1)
-    made = (colormaps["viridis"](0.9 * k / most) for k in range(count))
-    return [(float(r), float(g), float(b), float(a)) for r, g, b, a in made]
+    return [colormaps["viridis"](0.9 * k / max(count - 1, 1)) for k in range(count)]
 
 
 def _text(value: Any) -> str:

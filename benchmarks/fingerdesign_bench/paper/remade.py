@@ -7,7 +7,6 @@ Figures 1, 4, 5, 9 and 11 of the paper are drawings of what was built and planne
 made here, in plane strain as there.
 """
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -19,10 +18,9 @@ from fingerdesign.analysis.path import contact_history, increment_result
 from fingerdesign.analysis.slip_study import slip_studies
 from fingerdesign.analysis.stages import in_wide_zone, zone_of
 from fingerdesign.checks.load import with_values
-from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.zone import Zone
-from fingerdesign.records.base import ResultError
+from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.report.page import render_page
 from fingerdesign.report.style import house_style
 from fingerdesign.runtime.files import move_into, whole_folder
@@ -100,9 +98,8 @@ def write_paper(found: Remade, folder: Path) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         with whole_folder(folder) as aside:
             made = [path for figure in figures for path in figure.write(aside)]
-            record = json.dumps(record_of(found, figures), indent=2, allow_nan=False) + "\n"
             made += [aside / RECORD_FILE, aside / PAGE_FILE]
-            made[-2].write_text(record, encoding="utf-8")
+            made[-2].write_text(json_text(record_of(found, figures)), encoding="utf-8")
             made[-1].write_text(paper_html(found, figures, versions()), encoding="utf-8")
             move_into(folder, made)
     except OSError as error:
@@ -159,19 +156,14 @@ def remake(
     def work(zone: Zone) -> Remade:
         with one_thread():
             report("condensing the finger, with plates and without", 0.02)
-            return _remade(case_in(design, scene, zone), zone, scene, report, effort)
+            return _remade(build_case(design, scene, zone), zone, report, effort)
 
     found = in_wide_zone(design, zone, work, lambda message: report(message, 0.0))
     found = replace(found, seconds=time.perf_counter() - start)
     return replace(found, claims=claims_of(found))
 
 
-def case_in(design: Design, scene: Scene, zone: Zone) -> PaperCase:
-    """The design and its twin, condensed."""
-    return build_case(check_case(design, scene), scene, zone)
-
-
-def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: Effort) -> Remade:
+def _remade(case: PaperCase, zone: Zone, report: Report, effort: Effort) -> Remade:
     report("Figs 6 and 7: the eight steps", 0.2)
     steps = case.steps(case.finger)
     report("Fig. 3: rectangles near the surface", 0.25)
@@ -189,7 +181,7 @@ def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: E
     if (material, case.face) != (SOFT_MATERIAL, "both"):
         report("Fig. 12: the same with plates of polyimide, both faces read", 0.8)
         soft = {"plates.material": SOFT_MATERIAL, "gages.face": "both"}
-        softer = case_in(with_values(case.design, soft), scene, zone)
+        softer = build_case(with_values(case.design, soft), case.scene, zone)
         soft_name = f"{SOFT_MATERIAL}, {_FACES['both']}"
         rigs.append(rig_of(softer, soft_name, effort.samples, effort.seeds))
     return Remade(
