@@ -22,7 +22,8 @@ def footed(height: float, foot: Sequence[str], title: str = "") -> tuple[Canvas,
     ]
     below = _LINE * (len(lines) + 1)
     figure = canvas(_WIDTH, height + below)
-    top, bottom = figure.subfigures(2, 1, height_ratios=[height, below])
+    parts: Any = figure.subfigures(2, 1, height_ratios=[height, below])
+    top, bottom = parts
     if title:
         top.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold")
     bottom.text(0.008, 0.98, "\n".join(lines), va="top", fontsize=7.5, linespacing=1.3)

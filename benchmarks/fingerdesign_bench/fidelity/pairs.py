@@ -106,13 +106,11 @@ def random_scene(rng: np.random.Generator, design: Design, control: str) -> Scen
     pull = float(rng.uniform(0.5, 0.8))
     steps = (0.35, 0.7, 1.0)
     if control == "motion":
-        key, most = "increments_mm", approach
-        rows = [[0.5 * most, 0.0], [most, 0.0]]
-        rows += [[most, 1.2 * pull * friction * most * step] for step in steps]
+        key, most, pull = "increments_mm", approach, 1.2 * pull
     else:
         key, most = "increments_N", force_at(design, approach)
-        rows = [[0.5 * most, 0.0], [most, 0.0]]
-        rows += [[most, pull * friction * most * step] for step in steps]
+    rows = [[0.5 * most, 0.0], [most, 0.0]]
+    rows += [[most, pull * friction * most * step] for step in steps]
     shown = [[round(value, 5) for value in row] for row in rows]
     return parse_scene(
         f"[object]\nfriction_coefficient = {friction:.3f}\n"

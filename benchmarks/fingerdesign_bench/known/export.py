@@ -52,17 +52,13 @@ def judged(given: dict[str, Array], multiplier: Array) -> Array:
     moved = (multiplier.reshape(count, -1) @ compliance).reshape(count, nodes, dim)
     place = given["offset"] + moved
     slip = np.diff(place[:, :, 1:], axis=0, prepend=0.0 * place[:1, :, 1:])
-    worst = np.zeros(count)
-    for k in range(count):
-        normal, shear = multiplier[k, :, 0], multiplier[k, :, 1:]
-        gap = place[k, :, 0] / scale
-        bound = float(given["friction"][0]) * np.maximum(normal, 0.0)
-        trial = shear - slip[k] / scale[:, None]  # the laws hold where both projections are fixed
-        length = np.maximum(np.linalg.norm(trial, axis=1), 1e-300)
-        back = trial * np.minimum(1.0, bound / length)[:, None]
-        off = max(
-            float(np.abs(normal - np.maximum(0.0, normal - gap)).max()),
-            float(np.linalg.norm(shear - back, axis=1).max()),
-        )
-        worst[k] = off / max(float(np.abs(normal).max()), 1e-300)
-    return worst
+    normal, shear = multiplier[..., 0], multiplier[..., 1:]
+    bound = float(given["friction"][0]) * np.maximum(normal, 0.0)
+    # The laws hold where both projections are fixed.
+    trial = shear - slip / scale[:, None]
+    length = np.maximum(np.linalg.norm(trial, axis=2), 1e-300)
+    back = trial * np.minimum(1.0, bound / length)[..., None]
+    opens = np.abs(normal - np.maximum(0.0, normal - place[..., 0] / scale))
+    slides = np.linalg.norm(shear - back, axis=2)
+    worst = np.maximum(opens, slides).max(axis=1)
+    return np.asarray(worst / np.maximum(np.abs(normal).max(axis=1), 1e-300))

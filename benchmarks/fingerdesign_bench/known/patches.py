@@ -7,8 +7,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.fem.body import condense_body
-from fingerdesign.fem.reduction import reduced_model
+from fingerdesign.fem.reduction import body_model, reduced_model
 from fingerdesign.fem.system import Body
 from fingerdesign.shapes.objects import Indenter, Plane
 from fingerdesign_bench.accuracy.block import rectangle
@@ -105,7 +104,7 @@ def _pressed(
     body: Body, indenter: Indenter, friction: float, pressure: float, motion: Motion | None = None
 ) -> Solution:
     """The worst nodal pressure, off the one that is known, over it."""
-    problem = contact_problem(reduced_model(condense_body(body)), indenter, friction)
+    problem = contact_problem(body_model(body), indenter, friction)
     steps: tuple[Step, ...] = tuple(follow(problem, [motion or Motion(SUNK, 0.0)]))
     found = steps[-1].increment.multiplier[:, 0] / problem.model.areas
     off = float(np.abs(found / pressure - 1.0).max())

@@ -11,12 +11,13 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
-from functools import lru_cache
 from importlib import import_module
+from pkgutil import resolve_name
 from typing import Any
+from unittest.mock import patch
 
 from fingerdesign.records.base import csv_text
 from fingerdesign.runtime.files import write_whole
@@ -31,25 +32,20 @@ _MODULES = ("bodies", "gages", "histories", "measured", "patches", "rounds")
 @contextmanager
 def _changed(places: list[str], change: Callable[[Any], Any]) -> Iterator[None]:
     """Replace a function at every place where it is looked up; caches of the cases are emptied."""
-    before: list[tuple[Any, str, Any]] = []
-    for place in places:
-        module, _, name = place.rpartition(".")
-        owner = import_module(f"fingerdesign.{module}")
-        before.append((owner, name, getattr(owner, name)))
-        setattr(owner, name, change(getattr(owner, name)))
     _forget()
     try:
-        yield
+        with ExitStack() as stack:
+            for place in (f"fingerdesign.{each}" for each in places):
+                stack.enter_context(patch(place, change(resolve_name(place))))
+            yield
     finally:
-        for owner, name, own in before:
-            setattr(owner, name, own)
         _forget()
 
 
 def _forget() -> None:
     for name in _MODULES:
         for each in vars(import_module(f"fingerdesign_bench.known.{name}")).values():
-            if isinstance(each, lru_cache(lambda: None).__class__):
+            if hasattr(each, "cache_clear"):
                 each.cache_clear()
 
 
@@ -83,16 +79,12 @@ def sees(cases: list[Case]) -> dict[str, list[str]]:
     """The rows that see each fault, in words."""
     found = {}
     for what, (places, change) in FAULTS.items():
-        with tempfile.TemporaryDirectory() as folder, _changed(places, change):
-            own = os.environ.get("FINGERDESIGN_CACHE")
-            os.environ["FINGERDESIGN_CACHE"] = folder
-            try:
-                found[what] = [each.case.words for each in run_cases(cases).outcomes if each.fails]
-            finally:
-                if own is None:
-                    del os.environ["FINGERDESIGN_CACHE"]
-                else:
-                    os.environ["FINGERDESIGN_CACHE"] = own
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            patch.dict(os.environ, FINGERDESIGN_CACHE=folder),
+            _changed(places, change),
+        ):
+            found[what] = [each.case.words for each in run_cases(cases).outcomes if each.fails]
     return found
 
 

@@ -94,17 +94,17 @@ def coupled(case: dict[str, Any]) -> dict[str, Any]:
 
 
 def _scene(
-    problem: ContactProblem, crest: float, friction: float, closed: float, **text: str | float
+    problem: ContactProblem, crest: float, friction: float, closed: float, **text: Any
 ) -> Coupling:
     """A box between two fresh pads, pressed by ``closed`` mm; text: of _WORLD."""
     import mujoco
 
-    usual: dict[str, str | float] = dict.fromkeys(("lift", "motors", "floor"), "")
-    given = {**usual, "gravity": 0.0, "mass": _MASS_kg, **text}
-    away, joint = 0.02 + 1e-3 * (crest - closed), str(given.pop("joint", ""))
+    usual = {"lift": "", "motors": "", "floor": "", "gravity": 0.0, "mass": _MASS_kg, "joint": ""}
+    given: dict[str, Any] = usual | text
+    away = 0.02 + 1e-3 * (crest - closed)
     fingers = faces = ""
     for side, sign in _SIDES.items():
-        slide = joint.format(side=side, sign=sign)
+        slide = given["joint"].format(side=side, sign=sign)
         fingers += _FINGER.format(side=side, sign=sign, x=-away * sign, joint=slide)
         faces += _FACE.format(side=side, sign=sign, x=-0.02 * sign)
     given |= {"fingers": fingers, "faces": faces}
@@ -120,14 +120,8 @@ def _lift(problem: ContactProblem, crest: float, planar: bool) -> tuple[float, f
 
     free = _IN_PLANE + '<joint type="hinge" axis="0 1 0"/>' if planar else "<freejoint/>"
     floor = '<geom type="plane" size="1 1 .1"/>'
-    moved: dict[str, str | float] = {
-        "joint": _SLIDE,
-        "lift": _LIFT,
-        "motors": _MOTORS,
-        "floor": floor,
-        "gravity": -9.81,
-    }
-    coupling = _scene(problem, crest, 0.5, -0.2, step=_STEP_s, free=free, **moved)
+    moved = {"joint": _SLIDE, "lift": _LIFT, "motors": _MOTORS, "floor": floor, "free": free}
+    coupling = _scene(problem, crest, 0.5, -0.2, step=_STEP_s, gravity=-9.81, **moved)
     data, steps, parts, start = mujoco.MjData(coupling.model), 0, 0, time.perf_counter()
     while data.time < _LIFT_s:
         shake = 0.004 * np.sin(40.0 * max(data.time - 0.5, 0.0))
@@ -170,8 +164,8 @@ def _drift(problem: ContactProblem, crest: float, seconds: float) -> float:
     kinetic energy."""
     import mujoco
 
-    gravity: dict[str, str | float] = {"gravity": -9.81, "free": _IN_PLANE}
-    coupling = _scene(problem, crest, 2.0, _CLOSED_mm, step=_SWING_STEP_s, **gravity)
+    swung = {"step": _SWING_STEP_s, "gravity": -9.81, "free": _IN_PLANE}
+    coupling = _scene(problem, crest, 2.0, _CLOSED_mm, **swung)
     model, energy, swing = coupling.model, [], 0.0
     data = mujoco.MjData(model)
     for _ in range(round(seconds / _SWING_STEP_s)):
@@ -201,8 +195,8 @@ def _grows(problem: ContactProblem, crest: float, mass: float) -> tuple[bool, fl
     """True if a push at the box grows at a step that is not cut; the stable step, s."""
     import mujoco
 
-    across: dict[str, str | float] = {"free": _ACROSS, "mass": mass}
-    coupling = _scene(problem, crest, 2.0, _CLOSED_mm, step=_TRIAL_STEP_s, **across)
+    across = {"step": _TRIAL_STEP_s, "free": _ACROSS, "mass": mass}
+    coupling = _scene(problem, crest, 2.0, _CLOSED_mm, **across)
     data = mujoco.MjData(coupling.model)
     coupling.step(data)
     stable = coupling.stable_step(data)

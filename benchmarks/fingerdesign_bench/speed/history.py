@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from fingerdesign.records.base import csv_text
 from fingerdesign.runtime.files import write_whole
@@ -65,11 +66,7 @@ def read_history(path: Path) -> list[Entry]:
     if not path.is_file():
         return []
     with path.open(encoding="utf-8", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    return [
-        Entry(r["date"], r["commit"], r["quantity"], float(r["seconds"]), float(r["rate"]))
-        for r in rows
-    ]
+        return TypeAdapter(list[Entry]).validate_python(list(csv.DictReader(stream)))
 
 
 def write_history(path: Path, entries: Sequence[Entry]) -> None:

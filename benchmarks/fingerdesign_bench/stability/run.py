@@ -84,13 +84,6 @@ class TimeIsUp(Exception):
 
 
 @dataclass(frozen=True)
-class Refusal:
-    """No answer: the error, or None where the time ran out."""
-
-    error: Exception | None
-
-
-@dataclass(frozen=True)
 class Trial:
     """Verdicts on one method, by its ``claim`` of accuracy; ``stored``: second answers of the case,
     for methods whose past is the same."""
@@ -111,11 +104,10 @@ class Trial:
         return answer
 
     def of_refusal(
-        self, refusal: Refusal, past: Past, row: Row, solvable: bool
+        self, error: Exception, past: Past, row: Row, solvable: bool
     ) -> tuple[Verdict, str]:
         """Refused rightly where there is no answer, or none inside the zone; failed otherwise."""
-        error = refusal.error
-        if error is None:
+        if isinstance(error, TimeIsUp):
             return Verdict.HANG, f"no answer in {_SECONDS:g} s of processor time"
         if not isinstance(error, SolverError):
             return Verdict.FAILED, f"{type(error).__name__}: {error}"
@@ -238,7 +230,7 @@ def _follow(case: Case, name: str, step: Stepper, trial: Trial) -> CaseResult:
         start = time.process_time()
         found = _attempt(step, row)
         spent += time.process_time() - start
-        if isinstance(found, Refusal):
+        if isinstance(found, Exception):
             verdict, why = trial.of_refusal(found, past, row, number < case.solvable)
         else:
             force, motion = found
@@ -249,21 +241,19 @@ def _follow(case: Case, name: str, step: Stepper, trial: Trial) -> CaseResult:
             confirmed += verdict == Verdict.RIGHT and trial.second(past, motion) is not None
         if verdict.rank > worst.rank:
             worst, reason = verdict, f"{row}: {why}" if why else ""
-        if isinstance(found, Refusal) or verdict == Verdict.WRONG:
+        if isinstance(found, Exception) or verdict == Verdict.WRONG:
             break
         past = Past(*found)
     what = (case.body, case.group, case.family, case.friction, name, worst, reason)
     return CaseResult(*what, judged, len(case.rows), violation, confirmed, spent)
 
 
-def _attempt(step: Stepper, row: Row) -> tuple[Array, Motion] | Refusal:
+def _attempt(step: Stepper, row: Row) -> tuple[Array, Motion] | Exception:
     try:
         with time_limit(_SECONDS):
             return step(row)
-    except TimeIsUp:
-        return Refusal(None)
     except Exception as error:  # a crash is a failure of the method, not of the map
-        return Refusal(error)
+        return error
 
 
 @contextmanager
