@@ -1,8 +1,4 @@
-"""``fingerdesign bench forecast``: what was predicted of dofs, memory and time, and what it was.
-
-Each analysis runs in a process of its own with an empty mesh cache, so that peak memory and time
-are its own. Records are stored in forecast.sqlite: an interrupted run goes on where it stopped.
-"""
+"""``fingerdesign bench forecast``: what was predicted of dofs, memory and time, and what it was."""
 
 import os
 import time

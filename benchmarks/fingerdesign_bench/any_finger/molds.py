@@ -1,7 +1,6 @@
 """``fingerdesign bench molds``: molds of every shipped design and of random ones of every kind.
 
-A case is a shipped design's name or the seed of a random one; each is made in a process of its own.
-Records are stored in molds.sqlite, by case: an interrupted run goes on where it stopped.
+A case is a shipped design's name or the seed of a random one.
 """
 
 import os

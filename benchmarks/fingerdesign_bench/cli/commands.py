@@ -136,14 +136,6 @@ def speed() -> None:
 @subcommand(
     "microcontroller.run:measure_microcontroller",
     "The exported regulator on a Cortex-M4F and M7 (2 min).",
-    click.option(
-        "--design",
-        "name",
-        default="film_tees",
-        show_default=True,
-        metavar="NAME",
-        help="A shipped design with an estimator.",
-    ),
 )
 def microcontroller() -> None:
     """Flash and RAM by the linker, instructions of a step in qemu, cycles as an upper estimate.

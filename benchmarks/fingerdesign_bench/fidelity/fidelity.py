@@ -1,9 +1,4 @@
-"""``fingerdesign bench fidelity``: are the ladder's estimates right, and at what price?
-
-Thirty seeded pairs of a finger and a scene, each with a tolerance. Every rung of every pair is
-solved once; the ladder then climbs on these records, and each single rung is judged as "the one
-model for all". Errors are against much finer models in space, shipped with the program.
-"""
+"""``fingerdesign bench fidelity``: are the ladder's estimates right, and at what price?"""
 
 import json
 from dataclasses import asdict

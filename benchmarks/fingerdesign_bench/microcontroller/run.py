@@ -1,7 +1,5 @@
 """The exported regulator on a Cortex-M4F and M7: memory by the linker, a step's count in qemu.
 
-    fingerdesign bench microcontroller
-
 GCC's cross compiler and qemu-system-arm are needed (Debian: gcc-arm-none-eabi,
 libnewlib-arm-none-eabi, qemu-system-arm). qemu reports each instruction; it has no pipeline.
 Cycles are an upper estimate: each instruction's most in Arm's table for the Cortex-M4 (TRM r0p1,
@@ -24,12 +22,13 @@ from fingerdesign.checks.load import load_design
 from fingerdesign.control.c_code import array_text, c_files
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.design.grip import Grip
-from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.train.ready import shipped_estimator
 from fingerdesign_bench.check import Check, Shown
 from fingerdesign_bench.machine import machine
 
+DESIGN = "film_tees"
 TOOLS = ("arm-none-eabi-gcc", "arm-none-eabi-size", "arm-none-eabi-objdump", "qemu-system-arm")
 FLASH_kB, RAM_kB, STEP_ms, CLOCK_MHz = 64.0, 16.0, 1.0, 168.0
 FLAGS = ("-std=c99", "-O2", "-mthumb", "-mfloat-abi=hard", "-ffp-contract=off")
@@ -199,19 +198,16 @@ def _steps(trace: Iterable[str], cycles: dict[int, tuple[int, int]]) -> Iterator
                 step = []
 
 
-def measure_microcontroller(_folder: Path, report: Report, name: str) -> Shown:
-    """Numbers of both processors against their limits, for a shipped design with an estimator.
+def measure_microcontroller(_folder: Path, report: Report) -> Shown:
+    """Numbers of both processors against their limits, for the regulator of DESIGN.
 
     Raises FingerDesignError where a tool is missing.
     """
     if missing := missing_tools():
         raise FingerDesignError(f"not installed: {', '.join(missing)}")
-    begun, checks, design = machine(), list[Check](), load_design(name)
+    begun, checks, design = machine(), list[Check](), load_design(DESIGN)
     estimator = shipped_estimator(design)
-    if estimator is None:
-        raise DesignError(
-            [Fault("--design", name, "a design that ships an estimator", "film_tees")]
-        )
+    assert estimator is not None
     for core in CORES:
         report(core.name)
         found = counted(core, estimator, design.grip)
@@ -221,5 +217,5 @@ def measure_microcontroller(_folder: Path, report: Report, name: str) -> Shown:
             Check(f"{core.name}: RAM with stack", RAM_kB, found.ram / 1024, "kB"),
             Check(f"{core.name}: step, {found.instructions} instructions", STEP_ms, step, "ms"),
         ]
-    title = f"The regulator of {name}, {estimator.gages} gages, at {CLOCK_MHz:g} MHz"
+    title = f"The regulator of {DESIGN}, {estimator.gages} gages, at {CLOCK_MHz:g} MHz"
     return Shown(title, checks, begun)

@@ -1,7 +1,4 @@
-"""``fingerdesign bench plane-strain``: the study of where plane strain holds, run and judged.
-
-Records are stored in plane_strain.sqlite: an interrupted run goes on where it stopped.
-"""
+"""``fingerdesign bench plane-strain``: the study of where plane strain holds, run and judged."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -3,7 +3,7 @@
 The 3-D model is the section swept through layers, so what is left between the two is the
 assumption, not the mesh. For each approach the finger is pressed in two rows and sheared in two:
 in 3-D, in plane strain by the same motions, and in plane strain by the forces of 3-D. table.py
-compares them. Records are stored in a journal, so that a run that was stopped goes on.
+compares them.
 """
 
 import hashlib

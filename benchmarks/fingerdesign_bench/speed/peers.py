@@ -93,19 +93,14 @@ def installed() -> dict[str, str]:
     return {} if numpy.returncode else dict(work("probe", {}))
 
 
-def missing(found: dict[str, str]) -> list[str]:
-    """A line for each peer that is not installed."""
-    return [
+def peers(_folder: Path, report: Report, quick: bool) -> Shown:
+    """Compare with the peers that are installed; fails where none is."""
+    found = installed()
+    absent = [
         f"{name} is not installed for {PYTHON} (Debian: {package}): left out"
         for name, package in PACKAGES.items()
         if name not in found
     ]
-
-
-def peers(_folder: Path, report: Report, quick: bool) -> Shown:
-    """Compare with the peers that are installed; fails where none is."""
-    found = installed()
-    absent = missing(found)
     if not found:
         return Shown(notes=absent, listed={"missing": absent}, fails=True)
     begun = machine()
@@ -119,9 +114,7 @@ def peers(_folder: Path, report: Report, quick: bool) -> Shown:
     return Shown(machine=begun, record=record, tables=tables, notes=absent, listed=record)
 
 
-def measure_peers(
-    found: dict[str, str], report: Report = lambda message: None, quick: bool = False
-) -> tuple[list[Row], list[Row]]:
+def measure_peers(found: dict[str, str], report: Report, quick: bool) -> tuple[list[Row], ...]:
     """Rows of the condensed and of the full problem, by those ``found`` by installed().
 
     quick: plane strain alone, fewer repeats. Raises SolverError where a peer's process fails.
@@ -129,8 +122,7 @@ def measure_peers(
     condensed, full = [], []
     for fidelity in ("plane-strain",) if quick else ("plane-strain", "3d"):
         if "siconos" in found:
-            design, problem, grip = recorded_grip(fidelity)
-            own = problem.with_friction(design.grip.friction_coefficients[0])
+            problem, own, grip = recorded_grip(fidelity)
             scene = parse_scene(shipped_text("reference_plane_strain", "scene"))
             rows = [Motion(*row) for row in scene.path.rows]
             for name, each, motions, every in (
@@ -150,8 +142,9 @@ def measure_peers(
     return condensed, full
 
 
-def recorded_grip(fidelity: str) -> tuple[Design, ContactProblem, list[Motion]]:
-    """maeno2000, what it is facing the fundamental scene's plane, and the motions of a lift."""
+def recorded_grip(fidelity: str) -> tuple[ContactProblem, ContactProblem, list[Motion]]:
+    """maeno2000 facing the fundamental scene's plane, at that scene's friction and at that of a
+    lift, and the motions of the lift."""
     values = GRIP_SPACE if fidelity == "3d" else {}
     design = with_values(load_design("maeno2000"), values)
     problem, _ = grip_problem(design, fidelity)
@@ -159,7 +152,7 @@ def recorded_grip(fidelity: str) -> tuple[Design, ContactProblem, list[Motion]]:
     moves, _ = one_grip(design, problem, 1.0)
     plant = _Recorded(own, design.gages.face)
     one_grip(design, problem, moves / (1.1 * STEPS), plant)
-    return design, problem, plant.motions
+    return problem, own, plant.motions
 
 
 def work(task: str, given: dict[str, Any]) -> dict[str, Any]:
@@ -206,7 +199,7 @@ def _condensed(
     again = work("condensed", given | {"tolerance": found["tolerance"]})
     found["seconds"] = np.minimum(found["seconds"], again["seconds"])
     own = np.minimum(own, _ours(problem, motions, chosen)[0])
-    each = [{key: found[key][k] for key in found} for k in range(len(again["seconds"]))]
+    each = [dict(zip(found, values, strict=True)) for values in zip(*found.values(), strict=True)]
     return [
         {"problem": path, **_compared(problem, ours, own, method)}
         if method["converged"].any()
@@ -351,10 +344,8 @@ def _gage_points(design: Design, mesh: Mesh) -> tuple[Array, Array]:
     its plate, and directions (g, 1 or 2, dim) along the plate and across; g: faces of plates. In a
     half model those at z < 0 are mirrored, which leaves both strains as they are."""
     gages, found, directions = design.gages, [], []
-    s, w = (
-        0.5 * length * (np.arange(-29, 30, 2) / 30.0)
-        for length in (gages.length_mm, gages.width_mm)
-    )
+    spread: Array = np.arange(-29, 30, 2) / 60.0
+    s, w = spread * gages.length_mm, spread * gages.width_mm
     for frame in plate_frames(design):
         for v in (0.499 * frame.thickness, -0.499 * frame.thickness):
             line, ways = frame.from_local(s, v), [frame.axis]
