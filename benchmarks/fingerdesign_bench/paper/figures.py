@@ -44,11 +44,7 @@ class PaperFigure:
 
 
 def paper_figure(
-    canvas: Canvas,
-    key: str,
-    columns: Sequence[str],
-    rows: Iterable[Sequence[Any]],
-    **values: Any,
+    canvas: Canvas, key: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], **values: Any
 ) -> PaperFigure:
     """Save a drawing in all its forms, with the template's words; inside the house style."""
     title, reading, alternative = paragraphs(WORDS, key, **values)

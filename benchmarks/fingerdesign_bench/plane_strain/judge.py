@@ -7,12 +7,7 @@ import numpy as np
 
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.runtime.progress import Report
-from fingerdesign.validate.plane_strain import (
-    QUANTITIES,
-    PlaneStrainMap,
-    Table,
-    map_of,
-)
+from fingerdesign.validate.plane_strain import QUANTITIES, PlaneStrainMap, Table, map_of
 from fingerdesign_bench.check import Check, Shown
 from fingerdesign_bench.machine import machine
 from fingerdesign_bench.plane_strain.chart import draw_map

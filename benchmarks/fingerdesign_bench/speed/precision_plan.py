@@ -69,9 +69,7 @@ CHARTS: tuple[Chart, ...] = (
         "Plates as solids, as sheets, and left out",
         (
             Group(
-                "plane strain",
-                plates_lines(_PLANE, PLANE, _SOFT.references[1]),
-                _SOFT.references,
+                "plane strain", plates_lines(_PLANE, PLANE, _SOFT.references[1]), _SOFT.references
             ),
             Group("3-D, extruded", plates_lines(_EXTRUDED, SPACE, _CUT), (_SWEPT, _CUT)),
         ),

@@ -133,11 +133,7 @@ def one_grip(
     bench = problem.with_friction(grip.bench_friction_coefficient)
     own = problem.with_friction(friction)
     with one_thread():
-        calibration = calibrate(
-            lambda: CondensedPlant(bench, face),
-            problem.model.gage_x,
-            bounds,
-        )
+        calibration = calibrate(lambda: CondensedPlant(bench, face), problem.model.gage_x, bounds)
         start = time.perf_counter()
         episode = run_episode(
             plant or CondensedPlant(own, face),

@@ -11,10 +11,7 @@ from fingerdesign_bench.stability.run import METHODS, CaseResult, Verdict
 LOOKS: dict[Verdict, tuple[str, str, str]] = {
     Verdict.RIGHT: ("#cfe8f7", "", "all right"),
     Verdict.OTHER: ("#8cc4e8", "u", "u  right, one of several answers"),
-    Verdict.REFUSED: (
-        *("#d5ecdf", "z"),
-        "z  right or refused rightly (none, or beyond the zone)",
-    ),
+    Verdict.REFUSED: (*("#d5ecdf", "z"), "z  right or refused rightly (none, or beyond the zone)"),
     Verdict.FAILED: ("#f3c14b", "F", "F  no answer"),
     Verdict.HANG: ("#b0569a", "H", "H  hang"),
     Verdict.WRONG: ("#c8321e", "W", "W  wrong answer"),
