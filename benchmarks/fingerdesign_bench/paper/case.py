@@ -11,13 +11,13 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.path import object_at_touch
+from fingerdesign.analysis.path import problem_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.measures import completely_slips, level_sets
 from fingerdesign.contact.path import Step, follow
-from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
@@ -83,9 +83,7 @@ def build_case(design: Design, scene: Scene, zone: Zone) -> PaperCase:
     """Mesh and condense the finger and its twin; both have the same contact candidates."""
     case = check_case(design, scene)
     model = condense(design, make_mesh(design, "plane-strain", zone), zone, scene)
-    rigid = object_at_touch(scene.object, design.body)
-    friction = scene.object.friction_coefficient
-    finger = contact_problem(model.reduced, rigid, friction)
+    finger = problem_at_touch(model.reduced, scene.object, design.body)
     finger = replace(finger, model=finger.model.with_gages(case.gage_array))
     alone = with_values(design, {"plates.model": "none"})
     twin_model = condense(alone, make_mesh(alone, "plane-strain", zone), zone, scene)
@@ -94,7 +92,7 @@ def build_case(design: Design, scene: Scene, zone: Zone) -> PaperCase:
         scene=scene,
         rows=[(row[0], row[1]) for row in scene.path.rows],
         finger=finger,
-        twin=contact_problem(twin_model.reduced, rigid, friction),
+        twin=problem_at_touch(twin_model.reduced, scene.object, design.body),
         twin_model=twin_model,
         dofs=model.dofs,
     )

@@ -44,34 +44,26 @@ def exactness_checks(design: Design, mesh: Mesh, zone: float, label: str) -> lis
     full = full.reshape(force.shape)
     difference = np.abs(model.displacement(force) - full)[~model.locked]
     asymmetry = np.abs(model.compliance - model.compliance.T).max()
+    exact, symmetric = f"{label}: condensed against full", f"{label}: asymmetry of the compliance"
     return [
-        Check(
-            f"{label}: condensed against full, relative",
-            1e-9,
-            float(difference.max() / np.abs(full).max()),
-        ),
-        Check(
-            f"{label}: asymmetry of the compliance, relative",
-            1e-10,
-            float(asymmetry / np.abs(model.compliance).max()),
-        ),
+        Check(f"{exact}, relative", 1e-9, float(difference.max() / np.abs(full).max())),
+        Check(f"{symmetric}, relative", 1e-10, float(asymmetry / np.abs(model.compliance).max())),
     ]
 
 
-def cost_checks(repeats: int = 3) -> list[Check]:
+def cost_checks() -> list[Check]:
     """Times at 200k dofs over those of the factorisation, and over what the machine allows.
 
     The machine's limit is the operations of the factorisation that condenses, border and all (as
     PARDISO counts them), over the rate of a large product of dense matrices in the same run, on all
-    cores. Each time is the least of
-    ``repeats``, the rate the greatest, taken in turn so that other work disturbs all alike. Meshing
-    is not included; the element is the one that the material asks for.
+    cores. Each time is the least of three, the rate the greatest, taken in turn so that other work
+    disturbs all alike. Meshing is not included; the element is the one that the material asks for.
     """
     design = parse_design(LARGE)
     mesh = extrude(design, Zone(_ZONE))
     alone, condense, whole, rates = [], [], [], []
     operations = plain = float("nan")
-    for _ in range(repeats):
+    for _ in range(3):
         rates.append(dense_rate())
         start = time.perf_counter()
         built = build_model(design, mesh, _ZONE)

@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.analysis.case import Case, fundamental_scene
-from fingerdesign.analysis.path import object_at_touch
+from fingerdesign.analysis.path import problem_at_touch
 from fingerdesign.analysis.stages import make_mesh, zone_of
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.contact.increment import Increment, Workspace, solve_increment
 from fingerdesign.contact.laws import status_of
 from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import ContactProblem, ContactState, Motion, contact_problem
+from fingerdesign.contact.problem import ContactProblem, ContactState, Motion
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.io import parse_scene
@@ -292,8 +292,7 @@ def _full(fidelity: str, repeats: int, more: Mapping[str, object] | None = None)
         with one_thread():
             times = [time.process_time()]
             model = build_model(design, mesh, zone.half_width, None, zone.half_depth)
-            rigid = object_at_touch(scene.object, design.body)
-            problem = contact_problem(model.reduced, rigid, friction)
+            problem = problem_at_touch(model.reduced, scene.object, design.body)
             times.append(time.process_time())
             forces = []
             for step in follow(problem, [Motion(*row) for row in rows]):

@@ -10,11 +10,11 @@ from dataclasses import replace
 from typing import Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
-from fingerdesign.analysis.path import object_at_touch
+from fingerdesign.analysis.path import problem_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh, zone_of
 from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.contact.problem import Motion
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import run_episode
@@ -23,11 +23,9 @@ from fingerdesign.design.io import parse_scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_text
 from fingerdesign.fem.model import build_model
-from fingerdesign.layout.bodies import crest_height
 from fingerdesign.layout.zone import candidate_zone, greatest_approach
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.runtime.threads import one_thread
-from fingerdesign.shapes.objects import Plane
 
 # The body of the two-code table, at the Poisson's ratio of a rubber.
 HOMOGENEOUS = """
@@ -72,7 +70,7 @@ def _one_path(fidelity: str, design: Design, scene: Any) -> dict[str, Any]:
     meshed = time.perf_counter()
     # Condensed, not read from the store: it is timed.
     model = build_model(design, mesh, zone.half_width, None, zone.half_depth)
-    problem = contact_problem(model.reduced, Plane(crest_height(design.body)), 0.5)
+    problem = problem_at_touch(model.reduced, scene.object, design.body)
     modelled = time.perf_counter()
     each = []
     with one_thread():
@@ -114,8 +112,7 @@ def grip_problem(design: Design, fidelity: str) -> tuple[Any, dict[str, Any]]:
     # Facets alike all over: as many nodes as the bounds on a step's time hold for.
     zone = replace(zone_of(Case(design, None, fidelity), scene), inner=None)
     model = condense(design, make_mesh(design, fidelity, zone), zone, scene)
-    rigid = object_at_touch(scene.object, design.body)
-    problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
+    problem = problem_at_touch(model.reduced, scene.object, design.body)
     return problem, {"dofs": model.dofs, "contact_nodes": model.reduced.nodes}
 
 
