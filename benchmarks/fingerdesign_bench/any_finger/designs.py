@@ -93,9 +93,9 @@ def drawn(name: str, chance: Generator, chosen: tuple[str, ...]) -> Data:
         width = _width(body)
         data["gages"] = {"length_mm": 0.5, "width_mm": 0.5}
         data["mesh"] = {
-            "contact_size_mm": round(_share(chance, "mesh.contact_size_mm / width_mm", width), 2),
-            "plate_size_mm": round(_share(chance, "mesh.contact_size_mm / width_mm", width), 2),
-            "far_size_mm": round(_share(chance, "mesh.far_size_mm / width_mm", width), 2),
+            "contact_size_mm": _share(chance, "mesh.contact_size_mm / width_mm", width),
+            "plate_size_mm": _share(chance, "mesh.contact_size_mm / width_mm", width),
+            "far_size_mm": _share(chance, "mesh.far_size_mm / width_mm", width),
         }
         data["grip"] = {"max_approach_mm": 0.3}
         if _sound(data):
@@ -192,8 +192,7 @@ def _plates(chance: Generator, chosen: tuple[str, ...], height: float) -> Data:
     finite = ("finite", "staggered", "along_z", "two_rows", "perforated")
     if kind in finite or shape in ("revolved", "step") or chance.random() < 0.3:
         plates["span_mm"] = max(_share(chance, "plates.span_mm / depth_mm", 10.0), 1.0)
-    plates |= _of_kind(chance, kind, plates)
-    return plates
+    return plates | _of_kind(chance, kind, plates)
 
 
 def _of_kind(chance: Generator, kind: str, plates: Data) -> Data:

@@ -5,12 +5,9 @@ contact alone holds a body against a motion, a support takes that motion in the 
 finds it, and the support must come out without force.
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from importlib import resources
-from typing import Any
 
 import numpy as np
 
@@ -298,13 +295,6 @@ def wedge(friction: float = 0.3, slope: float = 0.1) -> Solution:
     solved = pushed_block(slope, friction)
     measures = solved.steps[-1].measures
     return solved.solution({"force": measures.tangential_force / measures.normal_force})
-
-
-def two_codes() -> dict[str, Any]:
-    """The tables that two independent finite-element codes agree on (shipped data)."""
-    text = (resources.files("fingerdesign") / "data" / "two_codes.json").read_text("utf-8")
-    loaded: dict[str, Any] = json.loads(text)
-    return loaded
 
 
 def two_codes_path(design: Design, fidelity: str) -> tuple[ContactProblem, tuple[Step, ...]]:

@@ -22,7 +22,6 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.model import FiniteElementModel
-from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.zone import Zone
 
 Rows = list[tuple[float, float]]
@@ -115,8 +114,3 @@ def above(problem: ContactProblem, step: Step, x: Array) -> tuple[BoolArray, Boo
         for level in level_sets(problem, step.increment)
     )
     return touching, touching & sticking
-
-
-def surface_heights(design: Design, x: Array) -> Array:
-    """y of the undeformed surface above ``x`` on z = 0, mm."""
-    return np.asarray(surface_of(design.body).height(x, np.zeros_like(x)))

@@ -23,7 +23,8 @@ from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.readout import displacement_rows
-from fingerdesign_bench.paper.case import PaperCase, above, follow_rows, surface_heights
+from fingerdesign.layout.surface import surface_of
+from fingerdesign_bench.paper.case import PaperCase, above, follow_rows
 
 COUNT = 11  # as in the paper's Fig. 3
 _STICKING = 5  # of them, as in its Fig. 3 (b): 4 to 8
@@ -67,7 +68,8 @@ def rectangles(case: PaperCase) -> Rectangles:
     """Solve the three states on the twin. Raises SolverError where no shear makes half slip."""
     pressed, sheared, changed = _states(case)
     middles, size = _places(case.twin, pressed)
-    top = surface_heights(case.design, middles) - _INSET_MM
+    surface = surface_of(case.design.body)
+    top = surface.height(middles, np.zeros_like(middles)) - _INSET_MM
     half = 0.5 * size
     corners = np.stack(
         [
