@@ -15,6 +15,7 @@ ones come too late at a friction of 0.3.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from typing import Literal
 
 import numpy as np
@@ -69,11 +70,8 @@ class Rig:
 
     def at(self, samples: int | None, friction: float | None = None) -> list[Measured]:
         """The grips at one level, of one friction coefficient or of all."""
-        return [
-            each
-            for each in self.grips
-            if each.samples == samples and friction in (None, each.friction)
-        ]
+        own = (each for each in self.grips if each.samples == samples)
+        return [each for each in own if friction in (None, each.friction)]
 
     def force_ratio(self, samples: int | None) -> float:
         """Median F_n at the lift at the lower friction over that at the higher; NaN without."""
@@ -82,20 +80,13 @@ class Rig:
 
     def works(self, samples: int | None) -> bool:
         """Every object lifted, none slipped, and the frictions distinguished."""
-        every = self.at(samples)
-        return (
-            all(g.ended == "lifted" for g in every) and self.force_ratio(samples) >= DISTINGUISHED
-        )
+        lifted = all(each.ended == "lifted" for each in self.at(samples))
+        return lifted and self.force_ratio(samples) >= DISTINGUISHED
 
     @property
     def least_samples(self) -> tuple[int | None, ...]:
         """The levels that work, from no noise on up to the first that does not."""
-        found = []
-        for samples in self.levels:
-            if not self.works(samples):
-                break
-            found.append(samples)
-        return tuple(found)
+        return tuple(takewhile(self.works, self.levels))
 
 
 def noise_of(samples: int | None) -> float:

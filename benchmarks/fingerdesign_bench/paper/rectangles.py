@@ -41,14 +41,13 @@ class Rectangles:
 
     moved: state -> displacements of the corners (n, 4, 2), mm. angle: state -> shear angle (n,),
     degrees; of "change" that of the small shear alone. status: what the surface above does at the
-    end of the small shear. shear_mm, tangential_force (3,): of pressed, sheared, changed.
+    end of the small shear. tangential_force (3,): of pressed, sheared, changed.
     """
 
     corners: Array
     moved: dict[str, Array]
     angle: dict[str, Array]
     status: tuple[str, ...]
-    shear_mm: Array
     tangential_force: Array
     friction: float
 
@@ -96,7 +95,6 @@ def rectangles(case: PaperCase) -> Rectangles:
             "change": turned[2] - turned[1],
         },
         status=_statuses(case.twin, changed, middles),
-        shear_mm=np.array([s.increment.motion.shear for s in steps]),
         tangential_force=np.array([s.measures.tangential_force for s in steps]),
         friction=case.friction,
     )

@@ -96,9 +96,7 @@ def checks_of(outcomes: Sequence[CaseResult]) -> list[Check]:
 def summary(outcomes: Sequence[CaseResult]) -> dict[str, Any]:
     """Counts by method and verdict, and every case not plainly right."""
     mine = [each for each in outcomes if each.method == PRODUCTION]
-    seconds = dict.fromkeys(METHODS, 0.0)
-    for each in outcomes:
-        seconds[each.method] += each.seconds
+    seconds = {m: sum(each.seconds for each in outcomes if each.method == m) for m in METHODS}
     return {
         "cases": len(mine),
         "increments": sum(each.increments for each in mine),
