@@ -89,6 +89,15 @@ def test_verdicts(value, more, verdict):
     assert Case(**{**SOUND, **more}).verdict(value) == verdict
 
 
+def test_a_quantity_that_is_no_number_fails_alone():
+    answer = {"function": "case.Solution", "arguments": {"values": {"force": np.nan, "way": 2.01}}}
+    cases = [Case(**{**SOUND, **answer, "quantity": each}) for each in ("force", "way")]
+    lost, whole = run_cases(cases).outcomes
+    assert (lost.verdict, whole.verdict) == ("missed", "met")
+    assert lost.failure == "the answer is not a finite number"
+    assert whole.failure == ""
+
+
 def test_references_of_spence_lubkin_and_mindlin_are_what_theory_gives():
     for case in CASES:
         given = case.arguments

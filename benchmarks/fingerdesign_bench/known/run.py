@@ -3,9 +3,9 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
 from math import isfinite
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 from fingerdesign.errors import FingerDesignError
@@ -72,17 +72,16 @@ def run_cases(cases: Sequence[Case], report: Report = lambda message: None) -> F
             found.seconds[name] = round(time.perf_counter() - start, 2)
         solved = found.solutions.get(name)
         value = None if solved is None else float(solved.values[case.quantity])
+        why = failures.get(name, "")
         if value is not None and not isfinite(value):
-            value, failures[name] = None, "the answer is not a finite number"
-        found.outcomes.append(Outcome(case, value, failures.get(name, "")))
+            value, why = None, "the answer is not a finite number"
+        found.outcomes.append(Outcome(case, value, why))
     return found
 
 
 def solution(case: Case) -> Solution:
     """The answer of the case's function. Raises AttributeError where there is none of that name."""
-    module, _, name = case.function.partition(".")
-    function = getattr(import_module(f"{__package__}.{module}"), name)
-    made: Solution = function(**case.arguments)
+    made: Solution = resolve_name(f"{__package__}.{case.function}")(**case.arguments)
     return made
 
 
