@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-import psutil
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import load_design, with_values
@@ -26,6 +25,7 @@ from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.tetra.tetwild import tetrahedralise
 from fingerdesign.mesh.types import Mesh, in_tetrahedra
+from fingerdesign.runtime.machine import processor_seconds
 from fingerdesign.runtime.threads import one_thread
 from fingerdesign.shapes.objects import Plane
 
@@ -120,7 +120,7 @@ def run_once(method: Method, size_mm: float) -> Run:
     """Design to last increment, no cache. Raises FingerDesignError where a stage fails."""
     design = sized(method, size_mm)
     zone = candidate_zone(design, SceneObject(), ROWS[-1][0]).half_width
-    seconds, cpu = dict.fromkeys(STAGES, 0.0), _cpu_seconds()
+    seconds, cpu = dict.fromkeys(STAGES, 0.0), processor_seconds()
     start = time.perf_counter()
     mesh = _mesh(method, design, zone)
     seconds["mesh"] = time.perf_counter() - start
@@ -138,7 +138,7 @@ def run_once(method: Method, size_mm: float) -> Run:
         model.dofs,
         model.reduced.nodes,
         seconds,
-        _cpu_seconds() - cpu,
+        processor_seconds() - cpu,
         model.condensed.factors()[1].operations / 1e9,
         1,
         np.array([_answers(each) for each in steps]),
@@ -187,12 +187,6 @@ def _gages(answers: Array) -> tuple[Array, Array]:
     """Readings of gages: means of both faces (k, plates), single faces (k, 2 plates)."""
     faces = answers[:, 3:]
     return faces.reshape(len(faces), -1, 2).mean(axis=2), faces
-
-
-def _cpu_seconds() -> float:
-    """Processor time of this process and of those that it started, s."""
-    own = psutil.Process()
-    return float(sum(sum(p.cpu_times()[:4]) for p in (own, *own.children(recursive=True))))
 
 
 def _mesh(method: Method, design: Design, zone: float) -> Mesh:
