@@ -98,14 +98,10 @@ def drawn(name: str, chance: Generator, chosen: tuple[str, ...]) -> Data:
             "far_size_mm": _share(chance, "mesh.far_size_mm / width_mm", width),
         }
         data["grip"] = {"max_approach_mm": 0.3}
-        if _sound(data):
+        known, faults = resolved(data)
+        if not faults and is_sound(Design.model_validate(known)):
             return data
     raise FingerDesignError(f"no sound design of kinds {chosen} in {MOST_DRAWS} draws")
-
-
-def _sound(data: Data) -> bool:
-    known, faults = resolved(data)
-    return not faults and is_sound(Design.model_validate(known))
 
 
 def _draw(chance: Generator, key: str, digits: int = 2) -> float:

@@ -20,7 +20,6 @@ from fingerdesign.mold.make import make_mold
 from fingerdesign.mold.plan.refusals import MoldRefused
 from fingerdesign.pipeline import run
 from fingerdesign.records.base import json_text
-from fingerdesign.records.verdict import Verdict
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.progress import Report
 from fingerdesign.search.passing.atlas import (
@@ -86,6 +85,7 @@ def entry_of(name: str, design: str, values: dict[str, Any], commit: str) -> Ent
     fit = gage_fit(finger)
     if fit is None or fit.found is None:
         raise DesignError([Fault("gages", name, "gages that fit the plates", "name a mold.gage")])
+    judged = run(Case(finger, fields=False, for_page=False))  # in 3-D, on the design's own mesh
     return Entry(
         name=name,
         design=design,
@@ -97,7 +97,7 @@ def entry_of(name: str, design: str, values: dict[str, Any], commit: str) -> Ent
         gage=fit.found.name,
         masses_g=finger.grip.masses_g,
         friction_coefficients=finger.grip.friction_coefficients,
-        verdicts=verdicts_of(finger),
+        verdicts=verdict_view(judged.result).verdicts,
         molds={},
     )
 
@@ -105,12 +105,6 @@ def entry_of(name: str, design: str, values: dict[str, Any], commit: str) -> Ent
 def _shape(entry: Entry) -> str:
     """Everything that decides the mold: the design without its hand."""
     return entry.finger().model_copy(update={"grip": Grip()}).model_dump_json()
-
-
-def verdicts_of(finger: Design) -> tuple[Verdict, ...]:
-    """Verdicts of the analysis in 3-D on the design's own mesh."""
-    analysis = run(Case(finger, fields=False, for_page=False))
-    return verdict_view(analysis.result).verdicts
 
 
 def mold_of(finger: Design) -> MoldOutcome:

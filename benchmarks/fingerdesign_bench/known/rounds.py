@@ -160,7 +160,7 @@ def point_contact(size: float) -> Pressed:
     return _solve(point_block(size), Sphere(RADIUS, RADIUS), RADIUS)
 
 
-def ball_on_plane(size: float) -> Pressed:
+def ball(size: float = 0.1) -> Solution:
     """Half an elastic ball, held at its equator, under a rigid plane: half z >= 0.
 
     Curved facets instead of a curved object. The ball's whole yielding shows in the approach, which
@@ -175,7 +175,7 @@ def ball_on_plane(size: float) -> Pressed:
         return exact
 
     body = uniform_body(mesh, 1.0, NU, held(mesh, "base"), 1.2, "mixed")
-    return _solve(replace(body, project=onto_the_ball), Plane(0.0), _BALL)
+    return _hertz(_solve(replace(body, project=onto_the_ball), Plane(0.0), _BALL))
 
 
 def _solve(body: Body, indenter: Indenter, radius: float) -> Pressed:
@@ -199,11 +199,6 @@ def sphere(size: float = 0.1) -> Solution:
     known = analytic.hertz_point_force(last.increment.motion.approach, RADIUS, modulus())
     solution.values["force at the approach"] = last.measures.normal_force / known
     return solution
-
-
-def ball(size: float = 0.1) -> Solution:
-    """An elastic half ball under a plane."""
-    return _hertz(ball_on_plane(size))
 
 
 def _hertz(case: Pressed) -> Solution:

@@ -94,7 +94,8 @@ def _fixed(*rows: tuple[float, float]) -> Path:
 def _families(body: HardBody, model: ReducedModel, crest: float) -> list[Family]:
     """Families: a name, an object, and the path for a friction coefficient."""
     plane, press = Plane(crest), body.press
-    gaps = np.unique(np.round(_gaps(model, plane), 12))
+    distance = plane.distance(model.surface.points)
+    gaps = np.unique(np.round(model.surface.mean(distance, model.nodes), 12))
     first, second = float(gaps[0]), float(gaps[1])
     depth = second - first
     middle, touched = first + 0.5 * depth, first + _TINY
@@ -163,7 +164,3 @@ def _objects(body: HardBody, crest: float) -> list[Family]:
         if not body.symmetric:
             families += [("twist and shear in z", Plane(crest), twist)]
     return families
-
-
-def _gaps(model: ReducedModel, plane: Plane) -> Array:
-    return model.surface.mean(plane.distance(model.surface.points), model.nodes)
