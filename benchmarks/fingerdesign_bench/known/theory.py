@@ -5,7 +5,6 @@ Lengths are in contact half-widths or radii. References of the suite's cases are
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
@@ -18,21 +17,9 @@ _NEAR = (1e-5, 3e-3)  # of the stick width: where the singularity at its border 
 _GAUSS = np.polynomial.legendre.leggauss(10)
 
 
-@dataclass(frozen=True)
-class Punch:
-    """A rigid flat punch of half-width or radius 1 with friction, pressed with force 1.
-
-    stick: c / a. centre: pressure in the middle over that without friction. stiffness: force over
-    approach, over that without friction (circular; NaN in the plane, where no approach is defined).
-    """
-
-    stick: float
-    centre: float
-    stiffness: float
-
-
-def spence(poissons_ratio: float, friction_coefficient: float, plane: bool) -> Punch:
-    """Normal indentation with friction of a half-space by anything rigid, fully coupled.
+def spence(poissons_ratio: float, friction_coefficient: float, plane: bool) -> tuple[float, float]:
+    """Normal indentation with friction of a half-space by anything rigid, fully coupled: c / a, and
+    of a flat punch the pressure in the middle over that without friction.
 
     Under a growing load all of a wedge, cylinder, sphere or cone is alike at each instant, and the
     increment of its fields is that of a flat punch of the present width (D. A. Spence, Proc. Camb.
@@ -53,14 +40,12 @@ def spence(poissons_ratio: float, friction_coefficient: float, plane: bool) -> P
         return _punch(stick, friction_coefficient, beta, plane)[0]
 
     stick = float(brentq(unbounded, 0.02, 0.9995, xtol=1e-6))
-    _, pressure, approach = _punch(stick, friction_coefficient, beta, plane)
-    if plane:
-        return Punch(stick, float(np.pi * pressure), float("nan"))
-    return Punch(stick, float(2.0 * np.pi * pressure), float(0.25 / approach))
+    _, pressure = _punch(stick, friction_coefficient, beta, plane)
+    return stick, float((1.0 if plane else 2.0) * np.pi * pressure)
 
 
-def _punch(stick: float, friction: float, beta: float, plane: bool) -> tuple[float, float, float]:
-    """Strength of the singularity at the border, pressure in the middle, the constant approach."""
+def _punch(stick: float, friction: float, beta: float, plane: bool) -> tuple[float, float]:
+    """Strength of the singularity at the border, and the pressure in the middle."""
     edges = _edges(stick)
     middle, length = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
     count, held = len(middle), int(np.searchsorted(edges, stick * (1.0 - 1e-14)))
@@ -79,7 +64,7 @@ def _punch(stick: float, friction: float, beta: float, plane: bool) -> tuple[flo
     near = (inward > _NEAR[0] * stick) & (inward < _NEAR[1] * stick)
     powers = inward[near, None] ** np.array([0.0, 1.0, 2.0])
     rest = found[count:-1][near] * np.sqrt(inward[near])
-    return float(np.linalg.lstsq(powers, rest, rcond=None)[0][0]), found[0], found[-1]
+    return float(np.linalg.lstsq(powers, rest, rcond=None)[0][0]), found[0]
 
 
 def _edges(stick: float) -> Array:

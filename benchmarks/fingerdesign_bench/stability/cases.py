@@ -62,10 +62,6 @@ class Case:
         """Forces are prescribed: for the production solver alone, no other method offers it."""
         return any(isinstance(row, Forces) for row in self.rows)
 
-    @property
-    def name(self) -> str:
-        return f"{self.body}; {self.family}; mu {self.friction:g}"
-
 
 def cases_of(body: HardBody, model: ReducedModel, crest: float) -> Iterator[Case]:
     """All cases of a body, by family and friction coefficient."""
