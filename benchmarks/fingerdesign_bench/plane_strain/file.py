@@ -20,8 +20,10 @@ from fingerdesign.design.io import parse_toml, read_text
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_path
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.search.study.values import is_number, set_keys, split_share, value_of
 
 SHIPPED = "plane_strain.toml"
+_SPAN = "plates.span_mm"
 MOST_MODELS = 2000  # of one study: at a third of a minute each, half a day
 _Length = Annotated[float, Field(ge=1e-3, le=100)]
 
@@ -152,24 +154,11 @@ def _validated(kind: type[_Table], data: Mapping[str, Any], source: str) -> _Tab
 
 def _changed(base: Design, values: Mapping[str, Any]) -> Design:
     """The design with keys set; "x / y" is a share of y; plates of no span are left out."""
-    plain = {key: value for key, value in values.items() if "/" not in key}
-    for key, share in values.items():
-        if "/" not in key:
-            continue
-        part, _, whole = (piece.strip() for piece in key.partition("/"))
-        of = float(plain[whole] if whole in plain else _value(base, whole))
-        if part == "plates.span_mm" and share == 0.0:
-            plain |= {"plates.model": "none", part: of}
-        else:
-            plain[part] = share * of
-    return with_values(base, plain)
-
-
-def _value(design: Design, key: str) -> Any:
-    found: Any = design
-    for name in key.split("."):
-        found = getattr(found, name, None)
-    if isinstance(found, bool) or not isinstance(found, (int, float)):
-        bound = "a key of the design that holds a number, to take a share of"
-        raise DesignError([Fault("parameters", f'"... / {key}"', bound, "correct the key")])
-    return found
+    shares = {key: split_share(key) for key in values if "/" in key}
+    for _, whole in shares.values():
+        if whole not in values and not is_number(value_of(base, whole)):
+            bound = "a key of the design that holds a number, to take a share of"
+            raise DesignError([Fault("parameters", f'"... / {whole}"', bound, "correct the key")])
+    bare = {k: 1.0 for k, (part, _) in shares.items() if part == _SPAN and values[k] == 0.0}
+    plain = set_keys(base, {**values, **bare})
+    return with_values(base, plain | {"plates.model": "none"} if bare else plain)
