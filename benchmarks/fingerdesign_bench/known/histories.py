@@ -1,6 +1,7 @@
 """Answers that hang on the path: Spence, Ciavarella and Jaeger, Mindlin and Deresiewicz, Lubkin,
 Carter. A rigid round on a half-space as in rounds.py."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
@@ -108,65 +109,52 @@ def together_rates() -> Solution:
     return orders(1.0 / np.array(counts), {"traction, L2": np.array(errors)})
 
 
-def _cycle(most: float) -> tuple[Array, Array]:
-    """Forces in tenths of mu P: up to ``most``, and from there down to minus it."""
+def _sheared(
+    problem: ContactProblem, full: float, shift: Callable[[float, float], float], most: float
+) -> tuple[tuple[Step, ...], Array, float]:
+    """Sheared to ``most`` mu P, back to minus it and forth again, in tenths: steps, shifts (k,) mm
+    from the first turn on, and the work of the cycle over that of ``shift``, rid of the chords'
+    own error."""
     up = np.linspace(0.0, most, round(10 * most) + 1)[1:]
-    return up, np.linspace(most, -most, round(20 * most) + 1)[1:]
-
-
-def _work(shares: Array, shifts: Array) -> float:
-    """The work lost along a closed path of these corners."""
-    return -float(np.trapezoid(shares, shifts))
+    down = np.linspace(most, -most, round(20 * most) + 1)[1:]
+    rows = [Forces(full, held=STILL)]
+    rows += [Forces(full, q * FRICTION * full) for q in (*up, *down, *-down)]
+    steps = tuple(follow(problem, rows))
+    found = np.array([step.increment.motion.shear for step in steps[len(up) :]])
+    back = np.array([shift(q, most) for q in (most, *down)])
+    shares = np.concatenate([[most], down, -down])
+    known = np.concatenate([back, -back[1:]])
+    return steps, found, float(np.trapezoid(shares, found) / np.trapezoid(shares, known))
 
 
 def loop(most: float = 0.8) -> Solution:
-    """A sphere sheared to ``most`` mu P, back to minus it and forth again, in tenths.
+    """A sphere sheared to and fro by ``most`` mu P.
 
     Shifts over Mindlin's 3 mu P (2 - nu) / (16 G a), the work of a cycle over mu P times that.
     """
     problem, full = _problem(False, FRICTION), load(False)
-    up, down = _cycle(most)
-    shares = np.concatenate([up, down, -down])
-    rows = [Forces(full, held=STILL), *(Forces(full, q * FRICTION * full) for q in shares)]
-    steps = tuple(follow(problem, rows))
     unit = 3.0 * FRICTION * full * (2.0 - NU) * 2.0 * (1.0 + NU) / 16.0  # E = 1, a = 1
-    found = np.array([step.increment.motion.shear for step in steps[1:]]) / unit
-    known = np.concatenate(
-        [
-            [mindlin_shift(q) for q in up],
-            [mindlin_shift(q, most) for q in down],
-            [-mindlin_shift(-q, most) for q in -down],
-        ]
-    )
-    turn = len(up) - 1
-    work, due = (_work(shares[turn:], each[turn:]) for each in (found, known))
+    steps, shifts, work = _sheared(problem, full, mindlin_shift, most)
     values = {
-        "shift at the turn": found[turn],
-        "shift left at no force": found[turn + len(down) // 2],
-        "work of a cycle": work / due * mindlin_loss(most),  # rid of the chords' own error
-        "closed": found[-1] - found[turn],
+        "shift at the turn": shifts[0] / unit,
+        "shift left at no force": shifts[len(shifts) // 4] / unit,
+        "work of a cycle": work / unit * mindlin_loss(most),
+        "closed": (shifts[-1] - shifts[0]) / unit,
     }
     return Solution(values, (problem, steps))
 
 
 def line_loop(most: float = 0.8, size: float = 0.0125) -> Solution:
-    """A cylinder sheared to ``most`` mu P, back to minus it and forth again, in tenths.
+    """A cylinder sheared to and fro by ``most`` mu P.
 
     The shift over mu P / (pi E*), the work of a cycle over mu P times that.
     """
     problem, full = line_contact(size).problem, load(True)
-    up, down = _cycle(most)
-    rows = [Forces(full, held=STILL)]
-    rows += [Forces(full, q * FRICTION * full) for q in (*up, *down, *-down)]
-    steps = tuple(follow(problem, rows))
     unit = FRICTION * full / (np.pi * modulus())
-    found = np.array([step.increment.motion.shear for step in steps[len(up) :]]) / unit
-    known = np.array([line_shift(q, most) for q in (most, *down)])
-    shares = np.concatenate([[most], down, -down])
-    work = _work(shares, found) / _work(shares, np.concatenate([known, -known[1:]]))
+    steps, shifts, work = _sheared(problem, full, line_shift, most)
     values = {
-        "shift left at no force": found[len(down) // 2],
-        "work of a cycle": work * line_loss(most),  # rid of the chords' own error
+        "shift left at no force": shifts[len(shifts) // 4] / unit,
+        "work of a cycle": work / unit * line_loss(most),
     }
     return Solution(values, (problem, steps))
 

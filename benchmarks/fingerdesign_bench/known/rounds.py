@@ -60,24 +60,14 @@ class Pressed:
     """
 
     problem: ContactProblem
-    steps: tuple[Step, ...]
+    pressed: tuple[Step, ...]
+    sheared: tuple[Step, ...]
+    returned: tuple[Step, ...]
     radius: float
 
     @property
     def plane(self) -> bool:
         return self.problem.model.dimension == 2
-
-    @property
-    def pressed(self) -> tuple[Step, ...]:
-        return self.steps[: len(LOADS)]
-
-    @property
-    def sheared(self) -> tuple[Step, ...]:
-        return self.steps[len(LOADS) : len(LOADS) + len(SHEARS)]
-
-    @property
-    def returned(self) -> tuple[Step, ...]:
-        return self.steps[len(LOADS) + len(SHEARS) :]
 
     def hertz(self, step: Step) -> analytic.Hertz:
         """Hertz's solution for the normal force of a step."""
@@ -184,7 +174,9 @@ def _solve(body: Body, indenter: Indenter, radius: float) -> Pressed:
     loads = [load(plane, a) * RADIUS / radius for a in LOADS]
     path = [Forces(each, held=Motion(0.0, 0.0)) for each in loads]
     path += [Forces(loads[-1], share * FRICTION * loads[-1]) for share in (*SHEARS, *BACK)]
-    return Pressed(problem, tuple(follow(problem, path)), radius)
+    steps = tuple(follow(problem, path))
+    first, turn = len(LOADS), len(LOADS) + len(SHEARS)
+    return Pressed(problem, steps[:first], steps[first:turn], steps[turn:], radius)
 
 
 def line(size: float = 0.025) -> Solution:
@@ -216,7 +208,7 @@ def _hertz(case: Pressed) -> Solution:
         "pressure, L2": case.pressure_error(last),
         "traction, L2": max(case.traction_error(step) for step in case.sheared),
     }
-    return Solution(values, (case.problem, case.steps))
+    return Solution(values, (case.problem, (*case.pressed, *case.sheared, *case.returned)))
 
 
 def line_rates(sizes: tuple[float, ...] = (0.1, 0.07, 0.05, 0.035, 0.025)) -> Solution:
