@@ -24,11 +24,10 @@ def plane_strain_modulus(youngs_modulus: float, poissons_ratio: float) -> float:
 
 @dataclass(frozen=True)
 class Hertz:
-    """Half-width (line) or radius (point) of the contact, greatest pressure, and approach."""
+    """Half-width (line) or radius (point) of the contact, and greatest pressure."""
 
     half_width: float
     peak_pressure: float
-    approach: float | None = None
 
     def pressure(self, distance: ArrayLike) -> Array:
         """p0 sqrt(1 - (x / a)^2), zero outside."""
@@ -37,8 +36,7 @@ class Hertz:
 
 
 def hertz_line(force_per_length: float, radius: float, modulus: float) -> Hertz:
-    """a^2 = 4 P' R / (pi E*), p0 = 2 P' / (pi a) (eqs 4.43, 4.45); approach: None, it depends on
-    the body's size.
+    """a^2 = 4 P' R / (pi E*), p0 = 2 P' / (pi a) (eqs 4.43, 4.45).
 
     >>> h = hertz_line(1.0, 20.0, 5.0)
     >>> round(h.half_width, 4), round(h.peak_pressure, 4)
@@ -49,15 +47,14 @@ def hertz_line(force_per_length: float, radius: float, modulus: float) -> Hertz:
 
 
 def hertz_point(force: float, radius: float, modulus: float) -> Hertz:
-    """a^3 = 3 P R / (4 E*), p0 = 3 P / (2 pi a^2), approach a^2 / R (eqs 4.22 to 4.24).
+    """a^3 = 3 P R / (4 E*), p0 = 3 P / (2 pi a^2) (eqs 4.22, 4.24).
 
     >>> h = hertz_point(1.0, 10.0, 5.0)
-    >>> round(h.half_width, 4), round(h.approach, 5)
+    >>> round(h.half_width, 4), round(h.half_width**2 / 10.0, 5)  # the approach, a^2 / R
     (1.1447, 0.13104)
     """
     half_width = float(np.cbrt(0.75 * force * radius / modulus))
-    peak = 1.5 * force / (np.pi * half_width**2)
-    return Hertz(half_width, float(peak), half_width**2 / radius)
+    return Hertz(half_width, float(1.5 * force / (np.pi * half_width**2)))
 
 
 def hertz_point_force(approach: float, radius: float, modulus: float) -> float:

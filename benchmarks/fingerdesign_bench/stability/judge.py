@@ -187,20 +187,14 @@ def _frames(normals: Array) -> Array:
     return np.where(along, reflected, unit)
 
 
-def fixed_bound(
-    compliance: Array,
-    offset: Array,
-    friction: Friction,
-    tolerance: float = 1e-10,
-    budget: int = 4000,
-) -> Array | None:
+def fixed_bound(compliance: Array, offset: Array, friction: Friction) -> Array | None:
     """Forces (m, dim): p from a bound b(p) of the round before until it no longer changes.
 
     Each round minimises 1/2 f C f + w f over p >= 0, |t| <= bound: Haslinger's fixed point. None
-    where the rounds do not settle (they need not for a large friction coefficient) within
-    ``budget`` gradient steps in all.
+    where the rounds do not settle (they need not for a large friction coefficient) within 4000
+    gradient steps in all.
     """
-    m, dim = offset.shape
+    (m, dim), budget = offset.shape, 4000
     scale = np.sqrt(np.repeat(np.diag(compliance).reshape(m, dim).max(axis=1), dim))
     matrix = compliance / np.outer(scale, scale)
     load = offset.reshape(-1) / scale
@@ -213,7 +207,7 @@ def fixed_bound(
         budget -= spent
         before, bound = bound, weight * friction.bound(force[::dim] / weight)
         change = float(np.abs(bound - before).max())
-        if change <= tolerance * max(float(np.abs(force).max()), 1e-300):
+        if change <= 1e-10 * max(float(np.abs(force).max()), 1e-300):
             force, _ = _descend(matrix, load, step, bound, force, dim)
             return np.asarray(force.reshape(m, dim) / weight[:, None])
     return None
