@@ -5,6 +5,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from statistics import harmonic_mean
 
 import numpy as np
 
@@ -160,11 +161,8 @@ def measure_pair(pair: Record, folder: Path) -> Record:
     result = analyse_into(case, folder)
     wall, used = time.perf_counter() - start, processor_seconds() - used
     after = measure_machine()
-    one, every = (  # the mean time of a product
-        2.0 / (1.0 / getattr(before, name) + 1.0 / getattr(after, name))
-        for name in ("one_core", "all_cores")
-    )
-    speed = Machine(one, every, before.cores)
+    one = harmonic_mean([before.one_core, after.one_core])  # the mean time of a product
+    speed = Machine(one, harmonic_mean([before.all_cores, after.all_cores]), before.cores)
     # Predicted again, for that machine, as before the run: its mesh must not be found in the cache.
     os.environ["FINGERDESIGN_CACHE"] = str(folder / "empty")
     found = forecast_case(case, speed)
