@@ -49,5 +49,8 @@ def tick(axis: Axis) -> None:
 
 def fixed_ticks(axis: Axis, places: Sequence[float]) -> None:
     """Plain numbers at these places."""
-    axis.set_ticks(places, [f"{place:g}" for place in places])
-    axis.set_ticks([], minor=True)
+    from matplotlib.ticker import FixedLocator, NullLocator
+
+    axis.set_major_locator(FixedLocator(list(places)))  # ``set_ticks`` would widen the axis
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter("{x:g}")
