@@ -9,12 +9,7 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
-from fingerdesign.analysis.answers import (
-    PAGE,
-    cached_answer,
-    is_cached,
-    missing,
-)
+from fingerdesign.analysis.answers import PAGE, cached_answer, is_cached, missing
 from fingerdesign.analysis.case import TOLERANCE, Case
 from fingerdesign.analysis.page.tables import detail_tables
 from fingerdesign.analysis.verdicts import verdict_view
@@ -136,12 +131,7 @@ class Lift(Options):
         return {key: option for key, option in options.items() if option[1] is not None}
 
 
-def analyse(
-    designs: tuple[Path, ...],
-    out: Path,
-    run: Run,
-    products: Products,
-) -> int:
+def analyse(designs: tuple[Path, ...], out: Path, run: Run, products: Products) -> int:
     """Analyse each DESIGN: contact, gages, grips, and a result in OUT/NAME."""
     run.model()  # refuses what does not go together
     cases = _read(designs, run, out, products.fresh)

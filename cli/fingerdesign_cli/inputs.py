@@ -87,10 +87,7 @@ def judged_design(
 
 
 def estimator_for(
-    design: Design,
-    path: Path | None,
-    fidelity: str | None = None,
-    hands: Iterable[str] = (),
+    design: Design, path: Path | None, fidelity: str | None = None, hands: Iterable[str] = ()
 ) -> GripEstimator | None:
     """The estimator in a file that ``fingerdesign train`` wrote, or that of a shipped design, by
     its name; None without a file.

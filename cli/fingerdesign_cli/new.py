@@ -16,14 +16,7 @@ from fingerdesign.design.schema import schema_text
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.files import why_no_place, write_whole
-from fingerdesign.search.passing.atlas import (
-    PROCESSES,
-    SOURCES,
-    Entry,
-    Request,
-    nearest,
-    unmet,
-)
+from fingerdesign.search.passing.atlas import PROCESSES, SOURCES, Entry, Request, nearest, unmet
 from fingerdesign.studio.document import with_keys
 from fingerdesign_cli.options import Options, masses_of
 from fingerdesign_cli.terminal import as_json, print_json, quiet, say, say_marked

@@ -72,13 +72,7 @@ _IN_C = RecordFolder("regulator in C", "regulator.c", ("regulator.c", "regulator
 _DRAWN = ("plates", "modulus", "gains")  # A simulated finger has these faults, if none is given.
 
 
-def train(
-    design_file: Path,
-    out: Path,
-    noise: float,
-    workers: int | None,
-    fidelity: str,
-) -> int:
+def train(design_file: Path, out: Path, noise: float, workers: int | None, fidelity: str) -> int:
     """Train the estimator that the regulator grips by, on DESIGN's own model."""
     design, _ = read_case(design_file)
     from fingerdesign.sensing.train.result import training_result_for, training_text
@@ -281,11 +275,7 @@ class Fitted(Options):
 
 
 def identify(
-    design_file: Path,
-    out: Path,
-    fitted: Fitted,
-    simulated: Simulated,
-    fidelity: str,
+    design_file: Path, out: Path, fitted: Fitted, simulated: Simulated, fidelity: str
 ) -> int:
     """Fit hidden values of the finger cast by DESIGN to a trace or a bench, or simulate either."""
     _refuse_options(fitted, simulated)
@@ -323,11 +313,7 @@ def _refuse_options(fitted: Fitted, simulated: Simulated) -> None:
 
 
 def _identify_bench(
-    design: Design,
-    source: Path,
-    estimator: GripEstimator | None,
-    fidelity: str,
-    target: Path,
+    design: Design, source: Path, estimator: GripEstimator | None, fidelity: str, target: Path
 ) -> int:
     with recorded(CALIBRATION, target) as (folder, show):
         found = calibrated_finger(design, source, estimator, fidelity, show)

@@ -35,13 +35,7 @@ from fingerdesign.trials.tables import NONE, at_noise
 from fingerdesign.trials.tuning import DESIGN_FILE, TuningSetting
 from fingerdesign_cli.inputs import all_sound, estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES, Options
-from fingerdesign_cli.terminal import (
-    number,
-    open_page,
-    print_table,
-    say_marked,
-    say_result,
-)
+from fingerdesign_cli.terminal import number, open_page, print_table, say_marked, say_result
 
 
 @dataclass(frozen=True)

@@ -15,14 +15,7 @@ from fingerdesign.validate.gages.study import observe, refuse
 from fingerdesign.validate.record import Row, Validation
 from fingerdesign_cli.inputs import read_case, recorded
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.terminal import (
-    WIDTH,
-    number,
-    open_page,
-    print_table,
-    say_marked,
-    say_result,
-)
+from fingerdesign_cli.terminal import WIDTH, number, open_page, print_table, say_marked, say_result
 
 
 @dataclass(frozen=True)

@@ -135,10 +135,7 @@ class HardwareTable(Table):
         0.0, -1, 1, "part of its neighbours' readings in the row that each gage reads too"
     )
     warming_microstrain: float = bounded(
-        0.0,
-        -1e5,
-        1e5,
-        "reading of all gages from the change of temperature since first contact",
+        0.0, -1e5, 1e5, "reading of all gages from the change of temperature since first contact"
     )
     warming_time_s: float = positive(3.0, 1e6, "time constant of that")
     quantisation_microstrain: float = bounded(0.0, 0, 1e5, "step of the converter; 0: none")
@@ -311,10 +308,7 @@ class Grip(Table):
         examples=[[[0.1, 0.05], [0.1, 2.0]]],
     )
     warming_K: float = bounded(
-        0.0,
-        -200,
-        200,
-        "lift: rise of the fingers' temperature from first contact on; they expand",
+        0.0, -200, 200, "lift: rise of the fingers' temperature from first contact on; they expand"
     )
     warming_s: float = positive(60.0, 1e6, "time constant of that")
     inertia: bool = Field(

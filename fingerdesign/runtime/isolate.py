@@ -271,11 +271,7 @@ class _Process:
     of. It is ended once: by ``end``, when nobody holds this any more, or with the program."""
 
     def __init__(
-        self,
-        load: str,
-        idle_s: float | None,
-        environment: dict[str, str],
-        folder: Path | None,
+        self, load: str, idle_s: float | None, environment: dict[str, str], folder: Path | None
     ) -> None:
         root = str(Path(__file__).resolve().parents[2])
         paths = filter(None, [root, environment.get("PYTHONPATH", "")])

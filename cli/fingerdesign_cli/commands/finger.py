@@ -102,10 +102,7 @@ def check() -> None:
     "repeated.",
 )
 @click.option(
-    "--picture/--no-picture",
-    default=True,
-    help="Draw mesh.png and quality.png.",
-    show_default=True,
+    "--picture/--no-picture", default=True, help="Draw mesh.png and quality.png.", show_default=True
 )
 @output_options
 def mesh() -> None:

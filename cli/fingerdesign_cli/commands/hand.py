@@ -270,9 +270,7 @@ def export() -> None:
     help="With --perturbed: fingers of each fault.  [default: 25]",
 )
 @click.option(
-    "--lifts",
-    type=click.IntRange(1, 100),
-    help="With --perturbed: objects a finger.  [default: 4]",
+    "--lifts", type=click.IntRange(1, 100), help="With --perturbed: objects a finger.  [default: 4]"
 )
 @click.option(
     "--program",

@@ -64,10 +64,7 @@ class Files(Options):
 
 
 def compare(
-    results: tuple[Path, ...],
-    files: Files,
-    requested: tuple[str, ...],
-    complete: bool,
+    results: tuple[Path, ...], files: Files, requested: tuple[str, ...], complete: bool
 ) -> int:
     """Compare the designs of every RESULT on one page that opens offline."""
     files.refuse_places(results)

@@ -42,11 +42,7 @@ def _chosen(study: Study, base: Any, only: tuple[int, ...]) -> tuple[int, Iterat
 
 @interrupted(GOES_ON)
 def generate(
-    study_file: Path,
-    out: Path,
-    only: tuple[int, ...],
-    cad: bool,
-    workers: int | None,
+    study_file: Path, out: Path, only: tuple[int, ...], cad: bool, workers: int | None
 ) -> int:
     """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME."""
     study = read_study(study_file)
