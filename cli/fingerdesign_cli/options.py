@@ -60,8 +60,7 @@ class Place(click.Path):
         """The path. UsageError where it is empty."""
         if str(value) == "" and not isinstance(value, Path):
             name = "the path" if param is None else param.human_readable_name
-            if isinstance(param, click.Option):
-                name = param.opts[0]
+            name = param.opts[0] if isinstance(param, click.Option) else name
             wrong = f"{name} = '': must be a path that is not empty"
             raise click.UsageError(f"{wrong}; give one (. is this folder), or leave it out", ctx)
         return super().convert(value, param, ctx)
@@ -255,8 +254,7 @@ def limit_option(name: str, metavar: str, least: float, about: str) -> Callable[
             seconds = name == "--time-limit"
             context.with_resource(limited(value) if seconds else limited(memory_MB=value))
 
-    kind = FiniteRange(least, 1e7)
-    shown = f"{about}; finished work is stored."
+    kind, shown = FiniteRange(least, 1e7), f"{about}; finished work is stored."
     return click.option(
         name, metavar=metavar, type=kind, expose_value=False, callback=limit, help=shown
     )
@@ -341,20 +339,18 @@ def scene_option(about: str) -> Callable[[_Command], _Command]:
 
 
 def numbers_option(
-    option: str, name: str, metavar: str, about: str, **more: Any
+    option: str, name: str, metavar: str, about: str
 ) -> Callable[[_Command], _Command]:
     """An option that takes a number and may be given again."""
-    return click.option(
-        option, name, metavar=metavar, type=float, multiple=True, help=about, **more
-    )
+    return click.option(option, name, metavar=metavar, type=float, multiple=True, help=about)
 
 
 def fidelity_option(
     default: str | None, *, auto: bool = False, finite: bool = False, unset: str = ""
 ) -> Callable[[_Command], _Command]:
     """``--fidelity`` (``fidelity``): which model. unset: what holds where ``default`` is None."""
-    left_out = {"auto": not auto, "finite": not finite}
-    models = [each for each in FIDELITIES if not left_out.get(each)]
+    offered = {"auto": auto, "finite": finite}
+    models = [each for each in FIDELITIES if offered.get(each, True)]
     return click.option(
         "--fidelity",
         type=click.Choice(models),

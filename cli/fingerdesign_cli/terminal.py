@@ -12,6 +12,7 @@ import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -259,29 +260,14 @@ def shortened(line: str) -> str:
     return f"{words if len(words) > WIDTH // 2 else line[: WIDTH - 4]} ..."
 
 
-def opens() -> bool:
-    """True if the command that runs was given ``--open``."""
-    return _flag(OPEN)
-
-
-def details() -> bool:
-    """True if the command that runs was given ``--details``."""
-    return _flag(DETAILS)
-
-
-def quiet() -> bool:
-    """True if the command that runs was given ``--quiet``."""
-    return _flag(QUIET)
-
-
-def as_json() -> bool:
-    """True if the command that runs was given ``--json``."""
-    return _flag(JSON)
-
-
-def _flag(key: str) -> bool:
+def _given(key: str) -> bool:
+    """True if the command that runs was given a flag."""
     context = click.get_current_context(silent=True)
     return context is not None and bool(context.meta.get(key))
+
+
+opens, details = partial(_given, OPEN), partial(_given, DETAILS)
+quiet, as_json = partial(_given, QUIET), partial(_given, JSON)
 
 
 def say_result(data: Callable[[], object], show: Callable[[], None]) -> None:

@@ -1,6 +1,5 @@
 """Commands about the hand: grips, gages and controllers."""
 
-import math
 from pathlib import Path
 
 import click
@@ -36,15 +35,6 @@ TARGETS = {
     "mjcf": "a MuJoCo model",
     "urdf": "a robot description",
 }
-
-
-def _finite(
-    _context: click.Context, parameter: click.Parameter, value: float | None
-) -> float | None:
-    """NaN passes any range of click's."""
-    if value is not None and not math.isfinite(value):
-        raise click.BadParameter(f"{value} is not a finite number", param=parameter)
-    return value
 
 
 def _new_folder(
@@ -101,7 +91,6 @@ def grip() -> None:
 @click.option(
     "--noise",
     type=FiniteRange(0.0, 1e3),
-    callback=_finite,
     default=0.5,
     show_default=True,
     help="Of a sample of your gages, microstrain: written into the file.",
@@ -170,14 +159,6 @@ def identify() -> None:
     """
 
 
-noise_of_the_rig = click.option(
-    "--noise",
-    type=FiniteRange(0.0, 1e3),
-    callback=_finite,
-    help="Of a sample of your gages, microstrain.  [default: the estimator's]",
-)
-
-
 @command("sensing", "Write the regulator, or the finger, for another system.")
 @click.argument("files", metavar="[ESTIMATOR] DESIGN", type=DESIGN, nargs=-1, required=True)
 @out_option("export")
@@ -187,7 +168,11 @@ noise_of_the_rig = click.option(
     required=True,
     help=f"{'; '.join(f'{each}: {about}' for each, about in TARGETS.items())}.",
 )
-@noise_of_the_rig
+@click.option(
+    "--noise",
+    type=FiniteRange(0.0, 1e3),
+    help="Of a sample of your gages, microstrain.  [default: the estimator's]",
+)
 @click.option(
     "--density",
     "densities",
@@ -201,7 +186,6 @@ noise_of_the_rig = click.option(
     "--flex",
     "flex_mm",
     type=FiniteRange(0.2, 20.0),
-    callback=_finite,
     metavar="MM",
     help="For mjcf: the rubber as a flex of tetrahedra of this size, which has no plates in it.",
 )
