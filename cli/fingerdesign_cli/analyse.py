@@ -276,10 +276,9 @@ def grip(
         result = answer_of(case, out, show, products)
     if result.failure and not as_json():
         _say_failure(result)
-    grips = [asdict(each) for each in result.grips]
-    show_grips = partial(_show_grips, result, out, str(design_file))
-    say_result(lambda: _facts(result, out) | {"grips": grips}, show_grips)
-    open_page(out / result.design / PAGE)
+    facts = _facts(result, out) | {"grips": [asdict(each) for each in result.grips]}
+    page = out / result.design / PAGE
+    say_result(lambda: facts, partial(_show_grips, result, out, str(design_file)), page)
     return 0 if result.status == "ok" else 1
 
 

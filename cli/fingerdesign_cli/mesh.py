@@ -22,7 +22,7 @@ from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
 from fingerdesign_cli.inputs import read_case, refuse_foreign, refuse_in_the_way
 from fingerdesign_cli.options import OUT
-from fingerdesign_cli.terminal import progress, say_result
+from fingerdesign_cli.terminal import progress, say_done
 
 # Those that keep quadratic cells of both dimensions.
 ENDINGS = ("vtu", "vtk", "msh", "inp", "mdpa")
@@ -62,10 +62,8 @@ def mesh(
             files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
             files.append(draw_quality(mesh, finger, quality, out / "quality.png", requested))
     names = list(map(str, files))
-    say_result(
-        lambda: {**asdict(quality), "files": names},
-        lambda: click.echo(f"{quality_text(quality)}\nwritten: {', '.join(names)}"),
-    )
+    words = f"{quality_text(quality)}\nwritten: {', '.join(names)}"
+    say_done({**asdict(quality), "files": names}, words)
 
 
 def _refuse_files(finger: Design, out: Path, endings: Sequence[str]) -> None:
@@ -73,10 +71,9 @@ def _refuse_files(finger: Design, out: Path, endings: Sequence[str]) -> None:
     names = [*(f"mesh.{ending}" for ending in endings), "quality.txt", "mesh.png", "quality.png"]
     files = [out / name for name in names]
     refuse_in_the_way(files, out / "quality.json")
-    if finger.mesh.file is not None and Path(finger.mesh.file).resolve() in {
-        each.resolve() for each in files
-    }:
-        bound = f"a folder without the design's own mesh.file, {finger.mesh.file}"
+    own = finger.mesh.file
+    if own is not None and Path(own).resolve() in [each.resolve() for each in files]:
+        bound = f"a folder without the design's own mesh.file, {own}"
         raise DesignError([Fault("--out", str(out), bound, "choose another --out")])
 
 

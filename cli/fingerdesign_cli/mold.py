@@ -23,7 +23,6 @@ from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import (
     WIDTH,
     details,
-    open_page,
     print_table,
     progress,
     say,
@@ -59,8 +58,8 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     nothing = interrupted("nothing of the mold is stored")
     with nothing, folders_above(out / name), progress(name) as show:
         report = write_mold(design, out / name, show)
-    say_result(lambda: report, lambda: _show(report, out / name, cautions_of(design)))
-    open_page(out / name / "report.html")
+    page = out / name / "report.html"
+    say_result(lambda: report, lambda: _show(report, out / name, cautions_of(design)), page)
     if report["failure"] is None:
         return 0
     for line in (report["failure"], *_failed(report)):
@@ -84,16 +83,15 @@ def tolerance(
     from fingerdesign.tolerance.page import FOLDER, view_of, write_tolerance
     from fingerdesign.tolerance.spread import tolerance
 
-    name = design.design.name
+    target = out / design.design.name
     stem = scene_file.stem if scene_file is not None else ""
-    with recorded(FOLDER, out / name) as (folder, show):
-        draws = None if within is None else Draws(0.01 * within, workers or usable_cores())
+    draws = None if within is None else Draws(0.01 * within, workers or usable_cores())
+    with recorded(FOLDER, target) as (folder, show):
         with interrupted("nothing of the tolerances is stored"):
-            found = tolerance(design, scene, fidelity, lambda message: show(message), stem, draws)
+            found = tolerance(design, scene, fidelity, show, stem, draws)
         write_tolerance(found, folder)
-    say_result(lambda: plain(found), lambda: say_block(view_of(found), out / name))
-    open_page(out / name / "report.html")
-    return 0
+    page = target / "report.html"
+    return say_result(lambda: plain(found), lambda: say_block(view_of(found), target), page)
 
 
 def _failed(report: MoldData) -> list[str]:

@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -51,7 +52,7 @@ from fingerdesign.sensing.model import grip_problem, gripped_case
 from fingerdesign.sensing.train.estimator import TrainingResult
 from fingerdesign_cli.inputs import GOES_ON, estimator_for, interrupted, read_case, recorded
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.terminal import open_page, opens, print_table, say, say_result
+from fingerdesign_cli.terminal import opens, print_table, say, say_done, say_result
 
 _WORDS = {
     "x": "plates along x",
@@ -89,16 +90,14 @@ def train(design_file: Path, out: Path, noise: float, workers: int | None, fidel
         (folder / "estimator.json").write_text(result.estimator.to_json(), encoding="utf-8")
         (folder / "training.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
         show("writing", 1.0)
-    say_result(lambda: {"design": name, **record}, lambda: _show_errors(result, name, out / name))
-    return 0
+    facts = {"design": name, **record}
+    return say_result(lambda: facts, lambda: _show_errors(result, name, out / name))
 
 
 def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
-    errors = result.noises_microstrain, result.stick_errors, result.friction_utilisation_errors
-    rows = [
-        [f"{noise:g}", f"{stick:.3f}", f"{used:.3f}"]
-        for noise, stick, used in zip(*errors, strict=True)
-    ]
+    errors = (result.stick_errors, result.friction_utilisation_errors)
+    levels = zip(result.noises_microstrain, *errors, strict=True)
+    rows = [[f"{noise:g}", f"{stick:.3f}", f"{used:.3f}"] for noise, stick, used in levels]
     columns = ["noise, microstrain", "stick ratio", "friction in use"]
     print_table(f"{name}: errors (RMS) on {_held_out(result)}", columns, rows)
     click.echo(f"{result.samples} samples for training; {folder / 'estimator.json'} is for a rig")
@@ -115,8 +114,8 @@ def _held_out(result: TrainingResult) -> str:
 @dataclass(frozen=True)
 class Target(Options):
     """The system to write for. noise: of the regulator's gages; densities: of the finger's
-    materials; fidelity: of the plant; flex_mm: size of
-    the rubber's tetrahedra, None where it is rigid."""
+    materials; fidelity: of the plant; flex_mm: size of the rubber's tetrahedra, None where it is
+    rigid."""
 
     to: str
     noise: float | None
@@ -162,22 +161,14 @@ def _export_plant(design: Design, folder: Path, fidelity: str) -> int:
     return _show_unit(folder / plant.FILE, content, about)
 
 
-def _show_unit(path: Path, content: bytes, about: dict[str, int]) -> int:
+def _show_unit(path: Path, content: bytes, about: dict[str, Any]) -> int:
     kilobytes = 1e-3 * len(content)
     named = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in about.items())
     systems = systems_of(content)
     built = f"library for {', '.join(systems)}" if systems else WITHOUT_LIBRARY
-    say_result(
-        lambda: {
-            "design": path.parent.name,
-            **about,
-            "files": [path.name],
-            "kilobytes": kilobytes,
-            "systems": systems,
-        },
-        lambda: click.echo(f"{path}: {named}, {kilobytes:.0f} kB, {built}"),
-    )
-    return 0
+    words = f"{path}: {named}, {kilobytes:.0f} kB, {built}"
+    facts = about | {"files": [path.name], "kilobytes": kilobytes, "systems": systems}
+    return say_done({"design": path.parent.name, **facts}, words)
 
 
 def _export_finger(design: Design, folder: Path, target: Target) -> int:
@@ -193,8 +184,7 @@ def _export_finger(design: Design, folder: Path, target: Target) -> int:
     grams, sites = 1e3 * finger.mass, len(finger.sites)
     words = f"{folder / f'finger.{record}'}: {grams:.3g} g, gages: {sites}, meshes: {len(meshes)}"
     about = {"design": finger.name, "mass_g": grams, "gages": sites}
-    say_result(lambda: {**about, "files": [f"finger.{record}", *meshes]}, lambda: click.echo(words))
-    return 0
+    return say_done({**about, "files": [f"finger.{record}", *meshes]}, words)
 
 
 def _export_regulator(design: Design, folder: Path, path: Path | None, target: Target) -> int:
@@ -209,17 +199,13 @@ def _export_regulator(design: Design, folder: Path, path: Path | None, target: T
         texts = {} if is_unit else c_files(estimator, design.grip)
         for file, content in ({regulator.FILE: unit} if is_unit else texts).items():
             write_whole(aside / file, content)
-    about = {"gages": estimator.gages}
+    gages = estimator.gages
     if is_unit:
-        return _show_unit(folder / regulator.FILE, unit, about)
+        return _show_unit(folder / regulator.FILE, unit, {"gages": gages})
     weights = sum(layer.weight.size for layer in estimator.band.layers)
-    noise, name = {"noise_microstrain": estimator.noise}, design.design.name
-    words = f"{folder}: {' and '.join(texts)}, {estimator.gages} gages, {weights} weights"
-    say_result(
-        lambda: {"design": name, **about, **noise, "weights": weights, "files": list(texts)},
-        lambda: click.echo(words),
-    )
-    return 0
+    words = f"{folder}: {' and '.join(texts)}, {gages} gages, {weights} weights"
+    facts = {"design": design.design.name, "gages": gages, "noise_microstrain": estimator.noise}
+    return say_done({**facts, "weights": weights, "files": list(texts)}, words)
 
 
 def _estimator_of(
@@ -319,8 +305,7 @@ def _identify_bench(
         found = calibrated_finger(design, source, estimator, fidelity, show)
         show("writing", 1.0)
         write_calibration(found, folder)
-    say_result(lambda: plain(found.data), lambda: _show_fit(found, target))
-    return 0
+    return say_result(lambda: plain(found.data), lambda: _show_fit(found, target))
 
 
 def _simulate_bench(design: Design, simulated: Simulated, fidelity: str, target: Path) -> int:
@@ -332,10 +317,7 @@ def _simulate_bench(design: Design, simulated: Simulated, fidelity: str, target:
     names = [phase.name for phase in bench.phases]
     about = {"faults": list(faults), "seed": seed, "lean_deg": bench.lean_deg}
     words = f"{target}: {TABLE} and {len(names)} traces; drawn.toml is the finger drawn"
-    say_result(
-        lambda: {"design": design.design.name, **about, "traces": names}, lambda: click.echo(words)
-    )
-    return 0
+    return say_done({"design": design.design.name, **about, "traces": names}, words)
 
 
 def _show_fit(found: CalibratedFinger, folder: Path) -> None:
@@ -373,9 +355,7 @@ def _identify_trace(
         found = identified(design, trace, str(source), fidelity, terms, show)
         show("writing", 1.0)
         data = write_identification(found, source.name, folder)
-    say_result(lambda: plain(data), lambda: _show_values(data, target))
-    open_page(target / PAGE_FILE)
-    return 0
+    return say_result(lambda: plain(data), lambda: _show_values(data, target), target / PAGE_FILE)
 
 
 def _simulate_trace(design: Design, seed: int, fidelity: str, target: Path) -> int:
@@ -384,12 +364,8 @@ def _simulate_trace(design: Design, seed: int, fidelity: str, target: Path) -> i
         made = simulated_trace(design, seed, fidelity)
         (folder / TRACE_FILE).write_text(made.trace.to_csv(), encoding="utf-8")
         (folder / TRUTH_FILE).write_text(json_text(made.truth), encoding="utf-8")
-    rows = len(made.trace)
-    say_result(
-        lambda: {"design": design.design.name, "seed": seed, "rows": rows},
-        lambda: click.echo(f"{target / TRACE_FILE}: {rows} rows; truth.json is what was drawn"),
-    )
-    return 0
+    words = f"{target / TRACE_FILE}: {len(made.trace)} rows; truth.json is what was drawn"
+    return say_done({"design": design.design.name, "seed": seed, "rows": len(made.trace)}, words)
 
 
 def _show_values(data: IdentificationData, folder: Path) -> None:

@@ -270,12 +270,23 @@ opens, details = partial(_given, OPEN), partial(_given, DETAILS)
 quiet, as_json = partial(_given, QUIET), partial(_given, JSON)
 
 
-def say_result(data: Callable[[], object], show: Callable[[], None]) -> None:
-    """Report a result in the form that the command was given: as JSON, else in words, else not."""
+def say_result(
+    data: Callable[[], object], show: Callable[[], None], page: Path | None = None
+) -> int:
+    """Report a result in the form that the command was given: as JSON, else in words, else not;
+    and open its page. The exit code of work that is done, 0."""
     if as_json():
         print_json(data())
     elif not quiet():
         show()
+    if page is not None:
+        open_page(page)
+    return 0
+
+
+def say_done(facts: dict[str, Any], words: str, page: Path | None = None) -> int:
+    """Report work that a line describes, as :func:`say_result` does."""
+    return say_result(lambda: facts, lambda: click.echo(words), page)
 
 
 def open_page(page: Path) -> None:

@@ -12,6 +12,7 @@ import click
 
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
+from fingerdesign.records.statistics import Share
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.registry import code_allowed
@@ -35,7 +36,13 @@ from fingerdesign.trials.tables import NONE, at_noise
 from fingerdesign.trials.tuning import DESIGN_FILE, TuningSetting
 from fingerdesign_cli.inputs import all_sound, estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES, Options
-from fingerdesign_cli.terminal import number, open_page, print_table, say_marked, say_result
+from fingerdesign_cli.terminal import (
+    number,
+    print_table,
+    say_done,
+    say_marked,
+    say_result,
+)
 
 
 @dataclass(frozen=True)
@@ -128,6 +135,7 @@ def study(
         return _recorded(folder, out / sets.NAME)
     if design_file is None:
         raise click.UsageError("Missing argument 'DESIGN'.")
+    cores = workers or usable_cores()
     with ExitStack() as stack:
         if hands.program is not None:
             stack.enter_context(program(hands.program))
@@ -136,12 +144,12 @@ def study(
             _refuse_axes("gripbench is a fixed set", axes, hands, fidelity)
             if to is not None:
                 raise click.UsageError("gripbench only judges: --to needs a design")
-            return _gripbench(out / gripbench.NAME, hands, workers or usable_cores(), held_out)
+            return _gripbench(out / gripbench.NAME, hands, cores, held_out)
         if held_out is not None:
             raise click.UsageError("--held-out is for `fingerdesign study gripbench` alone")
         if to is not None:
-            return _lifts(design_file, to[1], hands, workers or usable_cores(), fidelity, axes)
-        return _study(design_file, out, hands, workers or usable_cores(), fidelity, axes)
+            return _lifts(design_file, to[1], hands, cores, fidelity, axes)
+        return _study(design_file, out, hands, cores, fidelity, axes)
 
 
 def _refuse_axes(
@@ -164,9 +172,8 @@ def _recorded(folder: Path, target: Path) -> int:
         show("reading and judging recordings", 0.0)
         data = sets.judge_recorded(folder)
         page.write_recorded(data, place, perf_counter() - began)
-    say_result(lambda: plain(data), lambda: _show_recorded(data, target / sets.PAGE))
-    open_page(target / sets.PAGE)
-    return 0
+    report = target / sets.PAGE
+    return say_result(lambda: plain(data), lambda: _show_recorded(data, report), report)
 
 
 def _show_recorded(data: sets.RecordedData, report: Path) -> None:
@@ -189,18 +196,16 @@ def _gripbench(target: Path, hands: Hands, workers: int, held_out: str | None) -
         found = run_study(design, hands.names, grid, journal, replace(options, report=show))
         card = gripbench.scorecard(found, hands.names, held_out is not None)
         gripbench.write_scorecard(card, folder)
-    say_result(lambda: plain(card), lambda: _show_card(card, target))
-    return 0
+    return say_result(lambda: plain(card), lambda: _show_card(card, target))
 
 
 def _show_card(card: gripbench.Scorecard, folder: Path) -> None:
     rows = []
     for each in card["scores"]:
         success, margin = each["success"], each["margin"]
-        low, high = success.low or 0.0, success.high or 1.0
-        words = number(success.rate, 1, 100.0, NONE), f"{100 * low:.1f}–{100 * high:.1f}"
         median = NONE if margin is None else f"{margin.median:.2f}"
-        rows.append([_named(each["controller"]), *words, median, f"{each['dropped']}"])
+        cells = [_rate(success), _interval(success), median, f"{each['dropped']}"]
+        rows.append([_named(each["controller"]), *cells])
     grips = card["scores"][0]["grips"]
     title = f"GripBench {card['version']}, {card['set']}: grips each: {grips}; success in %"
     print_table(title, ["controller", "success", "95 %", "margin", "dropped"], rows)
@@ -221,8 +226,7 @@ def _lifts(
     about["left_out"] = info["left_out"]
     words = f"{target}: {about['episodes']} lifts, {about['frames']} frames"
     words += f"; {info['left_out']} lifts failed and are left out" if info["left_out"] else ""
-    say_result(lambda: {"design": design.design.name, **about}, lambda: click.echo(words))
-    return 0
+    return say_done({"design": design.design.name, **about}, words)
 
 
 def _study(
@@ -233,20 +237,15 @@ def _study(
     grid = axes.grid()
     all_sound(partial(refuse, grid, hands.names), partial(refuse_foreign, FOLDER, target))
     setting = TuningSetting(axes.noises) if axes.noises else TuningSetting()
-    options = StudyOptions(
-        estimator=estimator_for(design, hands.estimator_file, fidelity, hands.names),
-        workers=workers,
-        fidelity=fidelity,
-        tuning=setting if hands.tune else None,
-    )
+    estimator = estimator_for(design, hands.estimator_file, fidelity, hands.names)
+    options = StudyOptions(estimator, workers, fidelity, tuning=setting if hands.tune else None)
     journal = journal_beside(target.absolute())
     with recorded(FOLDER, target, journal) as (folder, show):
         found = run_study(design, hands.names, grid, journal, replace(options, report=show))
         show("writing", 1.0)
         write_study(found, folder)
-    say_result(lambda: plain(found.data), lambda: _show(found, target))
-    open_page(target / "control.html")
-    return 0
+    page = target / "control.html"
+    return say_result(lambda: plain(found.data), lambda: _show(found, target), page)
 
 
 def _show(found: ControlStudy, folder: Path) -> None:
@@ -289,8 +288,7 @@ def _show_faults(found: ControlStudy) -> None:
         cells = []
         for each in every:
             own = each["by_fault"][number_]
-            low, high = own.success.low or 0.0, own.success.high or 1.0
-            words = f"{number(own.success.rate, 0, 100.0)} ({100 * low:.0f}–{100 * high:.0f})"
+            words = f"{number(own.success.rate, 0, 100.0)} ({_interval(own.success, 0)})"
             margin = own.safety_margin
             cells.append(words if margin is None else f"{words}, {margin.median:.2f}")
         rows.append([label, *cells])
@@ -303,13 +301,17 @@ def _named(controller: str) -> str:
     return "program" if controller == PROGRAM else controller
 
 
+def _rate(share: Share) -> str:
+    return number(share.rate, 1, 100.0, NONE)
+
+
+def _interval(share: Share, digits: int = 1) -> str:
+    """The 95 % interval of a share, in %."""
+    ends = (share.low or 0.0, share.high or 1.0)
+    return "–".join(f"{100 * each:.{digits}f}" for each in ends)
+
+
 def _shares(name: str, own: Summary) -> list[str]:
-    low, high = own.success.low or 0.0, own.success.high or 1.0
-    return [
-        name,
-        number(own.success.rate, 1, 100.0, NONE),
-        f"{100 * low:.1f}–{100 * high:.1f}",
-        number(own.held.rate, 1, 100.0, NONE),
-        f"{own.dropped}" + (f", {own.caught} caught" if own.caught else ""),
-        *(str(count) for count in (own.crushed, own.not_lifted)),
-    ]
+    shares = [_rate(own.success), _interval(own.success), _rate(own.held)]
+    dropped = f"{own.dropped}" + (f", {own.caught} caught" if own.caught else "")
+    return [name, *shares, dropped, f"{own.crushed}", f"{own.not_lifted}"]

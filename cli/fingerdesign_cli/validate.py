@@ -15,7 +15,7 @@ from fingerdesign.validate.gages.study import observe, refuse
 from fingerdesign.validate.record import Row, Validation
 from fingerdesign_cli.inputs import read_case, recorded
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.terminal import WIDTH, number, open_page, print_table, say_marked, say_result
+from fingerdesign_cli.terminal import WIDTH, number, print_table, say_marked, say_result
 
 
 @dataclass(frozen=True)
@@ -54,32 +54,23 @@ def validate(
     finger, scene = read_case(design_file, scene_file)
     from fingerdesign.validate.run import FOLDER, validate, write_validation
 
-    name = finger.design.name
-    with recorded(FOLDER, out / name) as (folder, show):
-        found = validate(
-            finger,
-            scene,
-            deep=assumptions.deep,
-            scene_name=scene_file.stem if scene_file is not None else "",
-            keys=assumptions.keys,
-            report=show,
-        )
+    target, stem = out / finger.design.name, "" if scene_file is None else scene_file.stem
+    deep, keys = assumptions.deep, assumptions.keys
+    with recorded(FOLDER, target) as (folder, show):
+        found = validate(finger, scene, deep=deep, scene_name=stem, keys=keys, report=show)
         show("writing the report", 1.0)
         write_validation(found, folder)
-    say_result(found.data, lambda: _show(found, out / name))
-    open_page(out / name / "validate.html")
+    say_result(found.data, lambda: _show(found, target), target / "validate.html")
     if found.failure is not None:
-        click.echo(f"{name}: {found.failure}", err=True)
+        click.echo(f"{target.name}: {found.failure}", err=True)
     return 0 if found.status == "ok" else 1
 
 
 def _show(found: Validation, folder: Path) -> None:
-    columns = ["assumption: at equal", "F_n %", "F_t %", "width %", "stick ratio", "gages %"]
-    columns += ["s", "better s", "saves"]
-    rows = [cells for row in found.assumptions if row.tested for cells in _cells(row)]
-    if rows:
+    if rows := [cells for row in found.assumptions if row.tested for cells in _cells(row)]:
+        columns = ["assumption: at equal", "F_n %", "F_t %", "width %", "stick ratio", "gages %"]
         title = f"{found.design}, scene {found.scene}: greatest error over the path (median)"
-        print_table(title, columns, rows, WIDTH)
+        print_table(title, [*columns, "s", "better s", "saves"], rows, WIDTH)
     for row in found.assumptions:
         say_marked(SIGNS["note"], f"{row.title}: {row.advice}")
     click.echo(f"{found.seconds:.0f} s; report: {folder / 'validate.html'}")
@@ -90,12 +81,12 @@ def _cells(row: Row) -> list[list[str]]:
     for name in ("equal_motion", "equal_force"):
         side = getattr(row, name)
         reported = [spread_cell(q, side.spread(q)) if side else NONE for q in QUANTITIES]
-        values = ((row.seconds, 2), (row.better_seconds, 2), (row.saving, 1))
-        costs = [number(value, digits, none=NONE) for value, digits in values]
-        first = name == "equal_motion"
-        at = name.removeprefix("equal_")
-        title = f"{row.title}: {at}" if first else f"  {at}"
-        found.append([title, *reported, *(costs if first else [""] * len(costs))])
+        title, costs = f"  {name.removeprefix('equal_')}", ["", "", ""]
+        if name == "equal_motion":
+            title = f"{row.title}: motion"
+            values = ((row.seconds, 2), (row.better_seconds, 2), (row.saving, 1))
+            costs = [number(value, digits, none=NONE) for value, digits in values]
+        found.append([title, *reported, *costs])
     return found
 
 
@@ -105,15 +96,14 @@ def _validate_gages(design_file: Path, out: Path, options: Gages, fidelity: str)
     grips = 600 if options.grips is None else options.grips
     design, _ = read_case(design_file)
     refuse(design, noise, grips)
-    name = design.design.name
-    with recorded(GAGE_STUDY, out / name) as (folder, show):
+    target = out / design.design.name
+    with recorded(GAGE_STUDY, target) as (folder, show):
         workers = options.workers or usable_cores()
-        found = observe(design, noise, grips, lambda message: show(message), workers, fidelity)
+        found = observe(design, noise, grips, show, workers, fidelity)
         show("writing", 1.0)
         write_observability(found, folder)
-    say_result(found.data, lambda: _show_gages(found, out / name))
-    open_page(out / name / "observability.png")
-    return 0
+    page = target / "observability.png"
+    return say_result(found.data, lambda: _show_gages(found, target), page)
 
 
 def _show_gages(found: Observability, folder: Path) -> None:

@@ -5,7 +5,6 @@ import textwrap
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-import click
 from jinja2 import TemplateError
 
 from fingerdesign.analysis.answers import ARRAYS, DESIGN, PAGE
@@ -34,6 +33,7 @@ from fingerdesign_cli.terminal import (
     say,
     say_block,
     say_details,
+    say_done,
     say_marked,
     say_result,
     shortened,
@@ -77,11 +77,8 @@ def _draw(design_file: Path, out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     write_whole(files[0], svg)
     write_whole(files[1], png)
-    say_result(
-        lambda: {"design": name, "facts": words, "files": [str(path) for path in files]},
-        lambda: click.echo(f"drawn: {files[0]}, {files[1]}"),
-    )
-    open_page(files[0])
+    about = {"design": name, "facts": words, "files": [str(path) for path in files]}
+    say_done(about, f"drawn: {files[0]}, {files[1]}", files[0])
 
 
 def _show_results(folder: Path, cad: bool) -> None:

@@ -33,7 +33,6 @@ from fingerdesign_cli.studies.search import say_recommended
 from fingerdesign_cli.terminal import (
     WIDTH,
     as_json,
-    open_page,
     print_table,
     progress,
     say_marked,
@@ -86,9 +85,8 @@ def compare(
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text)
-    say_result(lambda: _reported(found, best, files.out), lambda: _show(found, best, files.out))
-    open_page(files.out)
-    return 0
+    out = files.out
+    return say_result(lambda: _reported(found, best, out), lambda: _show(found, best, out), out)
 
 
 def _why_not(option: str, given: Path, read: set[Path], taken: set[Path]) -> str:
