@@ -220,17 +220,14 @@ def _report(results: list[Result], out: Path, files: list[str]) -> None:
     if quiet() and not as_json():
         for each in results:
             _say_failure(each)
-    say_result(lambda: [_facts(each, out) | _reached(each) for each in results], show)
+    say_result(lambda: [_facts(each, out) for each in results], show)
 
 
 def _facts(result: Result, out: Path) -> dict[str, object]:
     """The outcome of an analysis, for scripts."""
-    keys = ("design", "status", "failure")
-    return {key: getattr(result, key) for key in keys} | {"folder": str(out / result.design)}
-
-
-def _reached(result: Result) -> dict[str, object]:
-    return {"reached": result.ladder.reached} if result.ladder else {}
+    facts = {key: getattr(result, key) for key in ("design", "status", "failure")}
+    reached = {"reached": result.ladder.reached} if result.ladder else {}
+    return {**facts, "folder": str(out / result.design), **reached}
 
 
 def _say_failure(result: Result) -> None:
@@ -239,14 +236,11 @@ def _say_failure(result: Result) -> None:
 
 
 def _show(result: Result, folder: Path, file: str) -> None:
-    """The result as a block; file: of its design, as the user named it."""
+    """The result as a block; file: of its design, as the user named it. With --details all that
+    the block leaves out: the model, each warning, tables of numbers."""
     say_block(verdict_view(result, shlex.quote(file)), folder)
-    if details():
-        _say_details(result)
-
-
-def _say_details(result: Result) -> None:
-    """Everything that the block leaves out: the model, each warning, tables of numbers."""
+    if not details():
+        return
     if result.ladder:
         click.echo(f"{result.ladder.chosen}; {result.ladder.models[-1].why}")
     say_details(result.warnings, detail_tables(result))
@@ -301,10 +295,8 @@ def _with_options(design: Design, given: dict[str, tuple[str, object]]) -> Desig
         return with_values(design, {key: value for key, (_, value) in given.items()})
     except DesignError as error:
         faults = [
-            replace(fault, key=f"{given[undexed(fault.key)][0]} ({fault.key})")
-            if undexed(fault.key) in given
-            else fault
-            for fault in error.faults
+            replace(f, key=f"{given[key][0]} ({f.key})") if (key := undexed(f.key)) in given else f
+            for f in error.faults
         ]
         raise DesignError(faults) from None
 
@@ -325,19 +317,11 @@ def _show_grips(result: Result, out: Path, file: str) -> None:
 
 
 def _row(grip: GripResult) -> list[str]:
-    ends = (
-        "caught"
-        if grip.caught
-        else "slips"
-        if grip.gross_slip
-        else "lifted"
-        if grip.lifted
-        else "not lifted"
-    )
+    ends = {"caught": grip.caught, "slips": grip.gross_slip, "lifted": grip.lifted}
     return [
         f"{grip.object_mass_g:g}",
         f"{grip.friction_coefficient:g}",
-        ends,
+        next((word for word, is_so in ends.items() if is_so), "not lifted"),
         number(grip.final_normal_force_N),
         number(grip.safety_margin),
         number(grip.minimum_stick_ratio),

@@ -28,7 +28,7 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.summary import Summary, summarise
 from fingerdesign.materials import disagreement_of
 from fingerdesign.records.verdict import SIGNS
-from fingerdesign_cli.inputs import judged_design, judged_scene
+from fingerdesign_cli.inputs import collected, judged_design, judged_scene
 from fingerdesign_cli.terminal import (
     as_json,
     details,
@@ -144,12 +144,8 @@ def _scene_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
     if error is not None or found is None or found.value is None:
         return {}, error
     scene = found.value
-    facts: dict[str, object] = {
-        "object": scene.object.shape,
-        "friction": scene.object.law.shown,
-        "rows": len(scene.path.increments_mm or scene.path.increments_N or ()),
-    }
-    return facts, None
+    shape, friction = scene.object.shape, scene.object.law.shown
+    return {"object": shape, "friction": friction, "rows": len(scene.path.rows)}, None
 
 
 def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
@@ -157,36 +153,29 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
     from fingerdesign.search.study.file import parse_study
     from fingerdesign.search.study.variants import base_design, number_of_points
 
-    errors: list[DesignError] = []
     try:
         study = parse_study(file_text(path, "study"), str(path))
     except DesignError as error:
         return {}, error
+    errors: list[DesignError] = []
     notes: dict[str, object] = {}
-    try:
+    with collected(errors):
         base = base_design(study, path.parent)
-        if words := "; ".join(_training_words(base)):
-            notes["each variant"] = words
-        if impossible := _impossible(study, base):
-            notes["cannot exist"] = impossible
-    except DesignError as error:
-        errors.append(error)
-    try:
+        notes["each variant"] = "; ".join(_training_words(base))
+        notes["cannot exist"] = _impossible(study, base)
+    with collected(errors):
         study_scenes(study, path.parent)
-    except DesignError as error:
-        errors.append(error)
     if errors:
         return {}, DesignError.together(errors)
-    scenes = ", ".join(study.study.scenes) or "the fundamental case and the grips"
     facts: dict[str, object] = {
         "base": study.study.base,
         "variants": number_of_points(study),
         "parameters": len(study.parameters),
-        "scenes": scenes,
+        "scenes": ", ".join(study.study.scenes) or "the fundamental case and the grips",
         "fidelity": study.study.fidelity,
         "objectives": ", ".join(f"{each.direction} {each.metric}" for each in study.objectives),
     }
-    return facts | notes, None
+    return facts | {name: words for name, words in notes.items() if words}, None
 
 
 def _impossible(study: Study, base: Design) -> str:
@@ -266,23 +255,19 @@ def _step_words(design: Design) -> str:
 
 def _could_mirror(design: Design, facts: StepFacts) -> bool:
     """Tell whether half of a finger could be modelled; only solids of few faces are examined."""
-    if len(facts.faces) > _MANY_FACES:
+    few = len(facts.faces) <= _MANY_FACES
+    if not few or not all(frame.mirrors_in_z for frame in plate_frames(design)):
         return False
-    if not all(frame.mirrors_in_z for frame in plate_frames(design)):
-        return False
-    try:
+    refused: list[DesignError] = []
+    with collected(refused):
         check_mirror(facts.faces, "")
-    except DesignError:
-        return False
-    return True
+    return not refused
 
 
 def _faulty(path: Path, error: DesignError) -> dict[str, object]:
     click.echo(printable(str(error)), err=True)
-    faults = [
-        {"key": fault.key, "value": str(fault.value), "bound": fault.bound, "remedy": fault.remedy}
-        for fault in error.faults
-    ]
+    keys = ("key", "value", "bound", "remedy")
+    faults = [{key: str(getattr(fault, key)) for key in keys} for fault in error.faults]
     return {"file": str(path), "sound": False, "faults": faults}
 
 
@@ -292,10 +277,8 @@ def _show(summaries: list[Summary], scene: str) -> None:
     rows = [
         [
             "\n".join([*textwrap.wrap(item.name, room), item.body, "; ".join(item.rows) or "bare"]),
-            number(item.least_surface_mm),
-            number(item.least_gap_mm),
-            number(item.least_side_mm),
-            number(item.least_base_mm),
+            *map(number, (item.least_surface_mm, item.least_gap_mm)),
+            *map(number, (item.least_side_mm, item.least_base_mm)),
             number(item.volume_mm3, 0),
         ]
         for item in summaries
@@ -313,7 +296,7 @@ def _show(summaries: list[Summary], scene: str) -> None:
 
 
 def _remarks(found: Forecast) -> str:
-    facts = [*(["half"] if found.half else []), *(["mesh cached"] if found.mesh_kept else [])]
+    facts = ["half"] * found.half + ["mesh cached"] * found.mesh_kept
     return f" ({', '.join(facts)})" if facts else ""
 
 
@@ -323,9 +306,7 @@ def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:
         [
             name,
             found.fidelity + _remarks(found),
-            f"{found.elements}",
-            f"{found.dofs}",
-            f"{found.contact_nodes}",
+            *map(str, (found.elements, found.dofs, found.contact_nodes)),
             f"{found.memory_MB / 1024.0:.1f}",
             f"{found.total_s:.0f}" if found.total_s >= 9.5 else f"{found.total_s:.1f}",
         ]
@@ -350,9 +331,7 @@ def _show_lifts(held: list[tuple[str, Lift]]) -> None:
             name,
             f"{each.object_mass_g:g}",
             f"{each.friction_coefficient:g}",
-            number(each.normal_force_N),
-            number(each.tangential_force_N),
-            number(each.approach_mm),
+            *map(number, (each.normal_force_N, each.tangential_force_N, each.approach_mm)),
             *(_contact_cells(each) if details() else ()),
             {True: "likely pass", False: "likely fail", None: "open"}[each.measurable],
         ]

@@ -66,12 +66,11 @@ def _scenes() -> Iterator[_Row]:
     for name in shipped_names("scene"):
         text = shipped_text(name, "scene")
         scene = parse_scene(text)
-        rows = scene.path.increments_mm or scene.path.increments_N or ()
         yield {
             "name": name,
             "object": scene.object.shape,
             "friction": scene.object.law.shown,
-            "rows": len(rows),
+            "rows": len(scene.path.rows),
             "why": _why(text),
         }
 
