@@ -97,17 +97,22 @@ Row3 = Annotated[tuple[float, float, float], BeforeValidator(_as_tuple)]
 Many = Annotated[tuple[_T, ...], BeforeValidator(_as_tuple)]
 
 
+def key(default: Any, description: str, **more: Any) -> Any:
+    """A key with its default and meaning; ``more``: bounds, examples, as of pydantic's Field."""
+    return Field(default=default, description=description, **more)
+
+
 def bounded(
     default: Any, least: float, most: float, description: str, *, example: Any = None
 ) -> Any:
     """A number's key with both its bounds allowed; ``example``: of one that may be absent."""
     examples = None if example is None else [example]
-    return Field(default=default, ge=least, le=most, description=description, examples=examples)
+    return key(default, description, ge=least, le=most, examples=examples)
 
 
 def positive(default: Any, most: float, description: str, least: float = LEAST) -> Any:
     """A number's key that is positive: at least ``least`` and at most ``most``."""
-    return Field(default=default, ge=least, le=most, description=description)
+    return key(default, description, ge=least, le=most)
 
 
 def refuse(value: object, bound: str, remedy: str, key: str = "") -> PydanticCustomError:
@@ -212,7 +217,7 @@ def table_fields(model: type[Table], registry: Registry, before: str) -> None:
             table if shipped else table | None,  # type: ignore[arg-type]
             Field(default_factory=table)
             if shipped
-            else Field(default=None, description=f"of the {registry.what} {kind.name}"),
+            else key(None, f"of the {registry.what} {kind.name}"),
         )
         known = model.__pydantic_fields__
         behind = {name: known.pop(name) for name in list(known)[list(known).index(before) :]}
@@ -239,11 +244,7 @@ def key_fields(model: type[Table], registry: Registry) -> None:
                 raise ValueError(f"{kind.name}: there already is a key {name!r}")
             own = FieldInfo.from_annotated_attribute(
                 Annotated[info.annotation | None, *info.metadata],  # type: ignore[operator,arg-type]
-                Field(
-                    default=None,
-                    description=f"{kind.name} only: {info.description}",
-                    examples=[info.default],
-                ),
+                key(None, f"{kind.name} only: {info.description}", examples=[info.default]),
             )
             model.__pydantic_fields__[name] = own
         rebuild(model)

@@ -19,6 +19,7 @@ from fingerdesign.design.base import (
     Row3,
     Table,
     bounded,
+    key,
     key_fields,
     own_keys,
     refuse,
@@ -49,7 +50,7 @@ class Core(Table):
     height_mm: float = bounded(3.0, 0.1, 500, "along y")
     depth_mm: float | None = bounded(None, 0.2, 500, "along z; absent: the full depth", example=6.0)
     bottom_mm: float = bounded(0.0, 0, 500, "its lower face's height; 0: it is on the base")
-    material: str = Field(default="abs", description="a name known or in [materials]")
+    material: str = key("abs", "a name known or in [materials]")
 
 
 class StepFile(Table):
@@ -68,23 +69,19 @@ class StepFile(Table):
         examples=["finger.step"],
         description="STEP file, relative to the design file or absolute",
     )
-    up: Literal["x", "y", "z", "-x", "-y", "-z"] = Field(
-        default="y", description="the file's axis that points from the base to the contact surface"
+    up: Literal["x", "y", "z", "-x", "-y", "-z"] = key(
+        "y", "the file's axis that points from the base to the contact surface"
     )
-    centre: bool = Field(default=True, description="centre the extent along x and z on 0")
-    base_direction: Direction = Field(
-        default=(0.0, -1.0, 0.0), description="outward normal of the fixed base"
-    )
-    contact_direction: Direction = Field(
-        default=(0.0, 1.0, 0.0), description="outward normal in the contact surface's middle"
+    centre: bool = key(True, "centre the extent along x and z on 0")
+    base_direction: Direction = key((0.0, -1.0, 0.0), "outward normal of the fixed base")
+    contact_direction: Direction = key(
+        (0.0, 1.0, 0.0), "outward normal in the contact surface's middle"
     )
     contact_angle_deg: float = bounded(
         60.0, 1, 120, "faces whose middle's normal is within it of contact_direction"
     )
     contact_above_mm: float = bounded(0.0, 0, 500, "faces whose middle is above this height")
-    mirrors_in_z: bool = Field(
-        default=False, description="true: the solid mirrors in z = 0, half of it is modelled"
-    )
+    mirrors_in_z: bool = key(False, "true: the solid mirrors in z = 0, half of it is modelled")
 
 
 class BodyKind:
@@ -154,9 +151,9 @@ body = BODIES.kind  # registers a BodyKind under the name that ``body.shape`` ta
 class Body(Table):
     """The elastic body: a rectangle below an arc or flat, straight along z, domed or revolved."""
 
-    shape: Annotated[str, Named(BODIES)] = Field(
-        default="arc",
-        description="arc | dome (arc in x and in z) | revolved (about y: a sphere-ended pin) | "
+    shape: Annotated[str, Named(BODIES)] = key(
+        "arc",
+        "arc | dome (arc in x and in z) | revolved (about y: a sphere-ended pin) | "
         "block (flat top) | step (your own CAD)",
     )
     width_mm: float = bounded(20.0, 1, 500, "|x| <= width/2; revolved: the diameter")
@@ -183,12 +180,12 @@ class Body(Table):
         "rounds or chamfers the edge between contact surface and sides; absent: sharp",
         example=2.0,
     )
-    edge: Literal["round", "chamfer"] = Field(
-        default="round", description="round (radius) | chamfer (its length along x and y)"
+    edge: Literal["round", "chamfer"] = key(
+        "round", "round (radius) | chamfer (its length along x and y)"
     )
-    core: Core | None = Field(default=None, description="a stiff insert bonded inside")
-    step: StepFile | None = Field(default=None, description="step only: the file and its rules")
-    material: str = Field(default="silicone", description="a name known or in [materials]")
+    core: Core | None = key(None, "a stiff insert bonded inside")
+    step: StepFile | None = key(None, "step only: the file and its rules")
+    material: str = key("silicone", "a name known or in [materials]")
 
     @model_validator(mode="before")
     @classmethod

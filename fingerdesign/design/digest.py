@@ -14,35 +14,29 @@ from fingerdesign.runtime.registry import CONTROLLERS, is_reference
 # What no analysis depends on: how it is cast; where the grip's values, which count, come from.
 UNSEEN: Any = {"mold": True, "grip": {"defaults"}}
 # Keys that came after digests were first written down; their defaults leave digests as they were.
+_LATER_ZERO = (
+    *("transverse_sensitivity", "gage_noise_microvolt_per_V", "gage_cross_talk", "warming_K"),
+    *("warming_microstrain", "force_gain_spread", "force_cross_talk", "relaxation_per_minute"),
+    *("actuator_lag_s", "off_centre_mm"),
+)
 LATER: dict[str, Any] = {
-    "alternate": False,
+    **dict.fromkeys(_LATER_ZERO, 0.0),
+    **dict.fromkeys(("alternate", "inertia"), False),
+    **dict.fromkeys(("expansion_per_K", "torque_noise_Nmm")),
+    "dying_gages": [],
+    "rubber_memory": [],
     "grid": "axial",
-    "transverse_sensitivity": 0.0,
     "excitation_V": 2.5,
     "area_share": 0.5,
-    "gage_noise_microvolt_per_V": 0.0,
     "taught_fingers": 200,
     "probe_force_N": 1.5,
     "layer_growth": 1.15,
-    "dying_gages": [],
     "dying_after_s": 0.1,
-    "gage_cross_talk": 0.0,
-    "warming_microstrain": 0.0,
     "warming_time_s": 3.0,
-    "force_gain_spread": 0.0,
-    "force_cross_talk": 0.0,
-    "relaxation_per_minute": 0.0,
     "warning_stick_ratio": 0.3,
     "kinetic_share": 1.0,
-    "rubber_memory": [],
-    "expansion_per_K": None,
-    "warming_K": 0.0,
     "warming_s": 60.0,
-    "inertia": False,
     "drop_mm": 10.0,
-    "actuator_lag_s": 0.0,
-    "off_centre_mm": 0.0,
-    "torque_noise_Nmm": None,
 }
 
 

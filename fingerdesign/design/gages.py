@@ -15,10 +15,9 @@ import math
 from collections.abc import Iterator
 from typing import Literal
 
-from pydantic import Field
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Table, bounded, positive, refuse_key
+from fingerdesign.design.base import Table, bounded, key, positive, refuse_key
 from fingerdesign.design.leads import Leads
 
 MAKERS_NU = 0.285  # of the bar on which gage factors are measured
@@ -36,55 +35,53 @@ class Gages(Table):
         1.0, 0.01, 500, "averaged across the plate (along z), centred on z_mm"
     )
     z_mm: float = bounded(0.0, -250, 250, "the gage's middle, from its plate's middle")
-    face: Literal["upper", "lower", "both"] = Field(
-        default="both",
-        description="upper (90 degrees anticlockwise from the plate's axis) | lower | both "
+    face: Literal["upper", "lower", "both"] = key(
+        "both",
+        "upper (90 degrees anticlockwise from the plate's axis) | lower | both "
         "(their mean: membrane)",
     )
-    grid: Literal["axial", "tee", "double_axial"] = Field(
-        default="axial",
-        description="axial (strain along the plate) | tee (two grids across each other: along + "
+    grid: Literal["axial", "tee", "double_axial"] = key(
+        "axial",
+        "axial (strain along the plate) | tee (two grids across each other: along + "
         "transverse_weight x across, the plate's axial stress) | double_axial (plates 0 and 1, 2 "
         "and 3, ... at opposite angles: half their difference)",
     )
     transverse_weight: float | None = bounded(
         None, -1, 1, "of a tee's grid across; absent: Poisson's ratio of the plates", example=0.33
     )
-    kind: str | None = Field(
-        default=None,
-        max_length=60,
-        description="what is bonded: a type of `fingerdesign list gages` or of "
+    kind: str | None = key(
+        None,
+        "what is bonded: a type of `fingerdesign list gages` or of "
         "[[mold.gage_types]]; check compares its size and stiffness with the plates",
+        max_length=60,
         examples=["silicon_bar_05"],
     )
-    bridge: Literal["quarter", "half", "full"] | None = Field(
-        default=None,
-        description="arms of the bridge that strain: one, two or four; absent: as many as the "
-        "grids can fill",
+    bridge: Literal["quarter", "half", "full"] | None = key(
+        None,
+        "arms of the bridge that strain: one, two or four; absent: as many as the grids can fill",
         examples=["half"],
     )
-    gage_factor: float | None = Field(
-        default=None,
+    gage_factor: float | None = key(
+        None,
+        "relative change of resistance per strain; absent: that of gages.kind, else 2",
         gt=0,
         le=500,
-        description="relative change of resistance per strain; absent: that of gages.kind, else 2",
         examples=[2.1],
     )
     transverse_sensitivity: float = bounded(
         0.0, -0.2, 0.2, "of a grid, to strain across it, as a share of its own"
     )
     excitation_V: float = positive(2.5, 100, "of the bridge")
-    area_share: float = Field(
-        default=AREA_SHARE,
+    area_share: float = key(
+        AREA_SHARE,
+        "the gage area of the slip study counts where the response to F_t exceeds this "
+        "share of the strongest gage's at full stick",
         gt=0,
         lt=1,
-        description="the gage area of the slip study counts where the response to F_t exceeds this "
-        "share of the strongest gage's at full stick",
     )
 
-    leads: Leads | None = Field(
-        default=None,
-        description="bars along the plates in the model; absent: left out, as before they are cast",
+    leads: Leads | None = key(
+        None, "bars along the plates in the model; absent: left out, as before they are cast"
     )
 
     def _misfits(self) -> Iterator[PydanticCustomError]:

@@ -17,6 +17,7 @@ from fingerdesign.design.base import (
     Pair,
     Table,
     bounded,
+    key,
     positive,
     refuse,
     refuse_key,
@@ -124,11 +125,11 @@ class HardwareTable(Table):
         0.0, 0, 1e5, "each gage drifts steadily, at a rate of this standard deviation"
     )
     gain_spread: float = bounded(0.0, 0, 1, "standard deviation of the gages' relative gain errors")
-    dead_gages: Many[_PlateNumber] = Field(
-        default=(), max_length=1000, description="plates (from 0) whose gages do not respond"
+    dead_gages: Many[_PlateNumber] = key(
+        (), "plates (from 0) whose gages do not respond", max_length=1000
     )
-    dying_gages: Many[_PlateNumber] = Field(
-        default=(), max_length=1000, description="plates whose gages die during the grip: read 0"
+    dying_gages: Many[_PlateNumber] = key(
+        (), "plates whose gages die during the grip: read 0", max_length=1000
     )
     dying_after_s: float = bounded(0.1, 0, 1e5, "when they do, from the first contact on")
     gage_cross_talk: float = bounded(
@@ -230,9 +231,7 @@ def _or_auto(schema: dict[str, Any]) -> None:
 def _followed(default: float | None, least: float, most: float, description: str) -> Any:
     """A number's key that follows finger and object where it is absent or "auto"."""
     words = f'{description}; absent or "auto": follows finger and object'
-    return Field(
-        default=default, ge=least or LEAST, le=most, description=words, json_schema_extra=_or_auto
-    )
+    return key(default, words, ge=least or LEAST, le=most, json_schema_extra=_or_auto)
 
 
 class Grip(Table):
@@ -244,47 +243,37 @@ class Grip(Table):
 
     # Left out or "auto" they follow the finger (checks/follow.py); model_fields_set holds the rest.
     FOLLOWING: ClassVar[tuple[str, ...]] = (
-        "max_approach_mm",
-        "preload_mm",
-        "approach_step_mm",
-        "shear_step_mm",
-        "max_steps",
-        "curve_per_N",
-        "force_floor_N",
-        "hold_force_N",
-        "fundamental_approach_mm",
+        *("max_approach_mm", "preload_mm", "approach_step_mm", "shear_step_mm", "max_steps"),
+        *("curve_per_N", "force_floor_N", "hold_force_N", "fundamental_approach_mm"),
     )
-    defaults: Literal["follow", "fixed"] = Field(
-        default="follow",
-        description="follow: keys left out follow finger and object; fixed: they are those of a "
+    defaults: Literal["follow", "fixed"] = key(
+        "follow",
+        "follow: keys left out follow finger and object; fixed: they are those of a "
         "rubber of 5 MPa and 500 g",
     )
 
-    friction_coefficients: Many[Friction] = Field(
-        default=(0.3, 0.5, 0.8),
+    friction_coefficients: Many[Friction] = key(
+        (0.3, 0.5, 0.8),
+        "one lift each; the controller is not given it",
         min_length=1,
         max_length=100,
-        description="one lift each; the controller is not given it",
     )
-    kinetic_share: float = Field(
-        default=1.0,
-        gt=0,
-        le=1,
-        description="part of the friction coefficient that is left where the contact slides",
+    kinetic_share: float = key(
+        1.0, "part of the friction coefficient that is left where the contact slides", gt=0, le=1
     )
-    object_mass_g: Masses = Field(
-        default=500.0,
-        description="two fingers carry half the weight each; [lightest, heaviest]: both are "
+    object_mass_g: Masses = key(
+        500.0,
+        "two fingers carry half the weight each; [lightest, heaviest]: both are "
         "lifted, and where both pass one between them, and the worst counts",
     )
-    plant: PlantName = Field(
-        default="finger",
-        description="finger: one finger on a stage, lifted where 2 F_t exceeds the weight, as in "
+    plant: PlantName = key(
+        "finger",
+        "finger: one finger on a stage, lifted where 2 F_t exceeds the weight, as in "
         "the paper; lift: two fingers and the object on its support, which then hangs from them",
     )
-    opposite: OppositeName = Field(
-        default="mirror",
-        description="lift: the other finger; mirror: a mirror image, half of all forces each; "
+    opposite: OppositeName = key(
+        "mirror",
+        "lift: the other finger; mirror: a mirror image, half of all forces each; "
         "bare: the same body without plates, a second model",
     )
     off_centre_mm: float = bounded(
@@ -300,35 +289,33 @@ class Grip(Table):
     relaxation_per_minute: float = bounded(
         0.0, 0, 0.9, "lift: part of its forces that a finger held still loses in a minute"
     )
-    rubber_memory: Many[Pair[_Share, _Seconds]] = Field(
-        default=(),
-        max_length=20,
-        description="lift: a Prony series of the rubber, [share, time in s] each: of a force held "
+    rubber_memory: Many[Pair[_Share, _Seconds]] = key(
+        (),
+        "lift: a Prony series of the rubber, [share, time in s] each: of a force held "
         "at the same motions the part that is lost with that time constant",
+        max_length=20,
         examples=[[[0.1, 0.05], [0.1, 2.0]]],
     )
     warming_K: float = bounded(
         0.0, -200, 200, "lift: rise of the fingers' temperature from first contact on; they expand"
     )
     warming_s: float = positive(60.0, 1e6, "time constant of that")
-    inertia: bool = Field(
-        default=False,
-        description="lift: an object that friction cannot carry slides by its mass, and is caught "
+    inertia: bool = key(
+        False,
+        "lift: an object that friction cannot carry slides by its mass, and is caught "
         "or dropped; else it has dropped at once",
     )
     drop_mm: float = positive(
         10.0, 1e4, "with inertia: an object that slides farther than this has dropped"
     )
-    tugs: Many[Tug] = Field(
-        default=(), max_length=1000, description="lift: pulls at the object while it hangs"
-    )
-    weight_changes: Many[WeightChange] = Field(
-        default=(), max_length=1000, description="lift: changes of the hanging object's mass"
+    tugs: Many[Tug] = key((), "lift: pulls at the object while it hangs", max_length=1000)
+    weight_changes: Many[WeightChange] = key(
+        (), "lift: changes of the hanging object's mass", max_length=1000
     )
     hardware: HardwareTable = Field(default_factory=HardwareTable)
-    controller: Annotated[str, Named(CONTROLLERS)] = Field(
-        default="paper",
-        description="paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are given "
+    controller: Annotated[str, Named(CONTROLLERS)] = key(
+        "paper",
+        "paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are given "
         "friction and mass and hold 1.2 or 1.5 times the least force",
     )
     preload_mm: float = _followed(0.03, 0, 50, "approach before the first tangential move")
@@ -339,12 +326,12 @@ class Grip(Table):
     curve_per_N: float = _followed(
         0.1, 0, 1e3, "F_t rises by this times the square of F_n's rise since the last hold"
     )
-    threshold_share: float = Field(
-        default=0.4,
+    threshold_share: float = key(
+        0.4,
+        "a gage counts as over stick where its response to F_t exceeds this share of "
+        "the strongest gage's at full stick (the rig measures that itself)",
         gt=0,
         lt=1,
-        description="a gage counts as over stick where its response to F_t exceeds this share of "
-        "the strongest gage's at full stick (the rig measures that itself)",
     )
     force_floor_N: float = _followed(0.1, 0, 1e3, "change of F_t that a response is made from")
     dead_band_mm: float = bounded(

@@ -10,9 +10,7 @@ not in the model. A section in plane strain has no strain along z, and knows no 
 import math
 from typing import Literal
 
-from pydantic import Field
-
-from fingerdesign.design.base import Table, positive
+from fingerdesign.design.base import Table, key, positive
 
 COPPER_MPA, GOLD_MPA = 120e3, 78e3
 LEAST_WIRE_MM = 0.03  # a thinner enamelled wire can hardly be handled
@@ -23,19 +21,19 @@ FLEX_MM, TRACE_MM = 0.005, 0.05  # copper on thin flex circuits, and a trace's w
 class Leads(Table):
     """``[gages.leads]``: bars along the plates in the model; absent: the model leaves leads out."""
 
-    kind: Literal["wire", "traces", "none"] = Field(
-        default="wire", description="wire (round) | traces (on the plate itself) | none"
+    kind: Literal["wire", "traces", "none"] = key(
+        "wire", "wire (round) | traces (on the plate itself) | none"
     )
-    number: int | None = Field(
-        default=None,
+    number: int | None = key(
+        None,
+        "of a plate; absent: two a grid, and a common tab of tees on both faces",
         ge=0,
         le=100,
-        description="of a plate; absent: two a grid, and a common tab of tees on both faces",
         examples=[6],
     )
-    course: Literal["z", "leg"] = Field(
-        default="z",
-        description="z (along the plate, then down to the base) | leg (along the plate and out on "
+    course: Literal["z", "leg"] = key(
+        "z",
+        "z (along the plate, then down to the base) | leg (along the plate and out on "
         "its front leg)",
     )
     diameter_mm: float = positive(0.1, 2, "of a wire's metal")

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Named, Table, bounded, refuse_key, table_fields
+from fingerdesign.design.base import Named, Table, bounded, key, refuse_key, table_fields
 from fingerdesign.errors import Fault
 from fingerdesign.runtime.registry import MESHERS
 
@@ -29,26 +29,25 @@ class SectionMesh(Table):
 class MeshOptions(Table):
     """Mesh of the 3-D finger; ``section`` is for plane strain."""
 
-    mesher: Annotated[str, Named(MESHERS)] = Field(
-        default="tetwild",
-        description="tetwild (any finger) | sweep (a section swept through layers) | file (made "
+    mesher: Annotated[str, Named(MESHERS)] = key(
+        "tetwild",
+        "tetwild (any finger) | sweep (a section swept through layers) | file (made "
         "elsewhere) | auto (sweep where it can be, else tetwild)",
     )
-    file: str | None = Field(
-        default=None,
+    file: str | None = key(
+        None,
+        "mesher = 'file' only: tetrahedra with named regions (elastomer, plate_0, ..., "
+        "core) and boundaries (base, contact); relative to the design file or absolute",
         min_length=1,
         max_length=4096,
         examples=["finger.msh"],
-        description="mesher = 'file' only: tetrahedra with named regions (elastomer, plate_0, ..., "
-        "core) and boundaries (base, contact); relative to the design file or absolute",
     )
     contact_size_mm: float = bounded(0.4, 1e-2, 50, "at the crest")
     plate_size_mm: float = bounded(0.4, 1e-2, 50, "along the plates")
     far_size_mm: float = bounded(2.0, 1e-2, 100, "largest anywhere")
     gradation: float = bounded(0.7, 0.02, 2, "growth of the size per distance")
-    element: Literal["auto", "P1", "P2", "mixed"] = Field(
-        default="auto",
-        description="auto (by the body's Poisson's ratio) | P2 | mixed (with a pressure) | P1",
+    element: Literal["auto", "P1", "P2", "mixed"] = key(
+        "auto", "auto (by the body's Poisson's ratio) | P2 | mixed (with a pressure) | P1"
     )
     layers: int | None = bounded(
         None,

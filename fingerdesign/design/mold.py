@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, bounded, refuse, refuse_key
+from fingerdesign.design.base import Many, Table, bounded, key, refuse, refuse_key
 from fingerdesign.design.leads import ENAMEL, LEAST_WIRE_MM
 from fingerdesign.design.stock import GageType, shipped_types
 
@@ -67,11 +67,9 @@ class Comb(Table):
 class Mold(Table):
     """A mold of parts that are drawn along the finger's faces, cast with the base up."""
 
-    process: ProcessName = Field(
-        default="sla", description="sla (resin print) | fdm (filament print) | machined (metal)"
-    )
-    cure: Literal["platinum", "condensation"] = Field(
-        default="platinum", description="of the silicone: platinum | condensation (tin)"
+    process: ProcessName = key("sla", "sla (resin print) | fdm (filament print) | machined (metal)")
+    cure: Literal["platinum", "condensation"] = key(
+        "platinum", "of the silicone: platinum | condensation (tin)"
     )
     shrinkage: float | None = bounded(
         None,
@@ -80,14 +78,14 @@ class Mold(Table):
         "linear, of the rubber; absent: 0 of platinum, 0.02 of condensation cure",
         example=0.0,
     )
-    pour: PourName = Field(
-        default="auto",
-        description="auto (open where the finger allows it: fewest parts) | open (two half frames, "
+    pour: PourName = key(
+        "auto",
+        "auto (open where the finger allows it: fewest parts) | open (two half frames, "
         "poured from above, the base plate pressed on last) | closed (four walls, gate and vents)",
     )
-    plate_fixture: FixtureName = Field(
-        default="comb",
-        description="comb (a cut sheet holds the plates) | slots (in the walls, filled by clay); "
+    plate_fixture: FixtureName = key(
+        "comb",
+        "comb (a cut sheet holds the plates) | slots (in the walls, filled by clay); "
         "slots where a side is not flat",
     )
     wall_mm: float | None = bounded(
@@ -100,10 +98,7 @@ class Mold(Table):
     insert_mm: float = bounded(6.0, 0.5, 100, "contact insert above the crest")
     base_mm: float = bounded(4.0, 0.5, 50, "base plate's thickness")
     draft_deg: float = bounded(2.0, 0, 45, "of pins and the insert's plug; not of faces")
-    bolt: BoltName = Field(
-        default="auto",
-        description="auto (M3, or what the walls' height holds) | M2 | M2.5 | M3 | M4",
-    )
+    bolt: BoltName = key("auto", "auto (M3, or what the walls' height holds) | M2 | M2.5 | M3 | M4")
     tab_mm: float = bounded(3.0, 0.2, 50, "legs of plates beyond the face or comb")
     leg_mm: float | None = bounded(
         None,
@@ -120,14 +115,14 @@ class Mold(Table):
         "diameter of a plate's bundle of leads (four enamelled wires of 0.1 mm "
         "copper), all of which leave through the base plate; 0: no hole for them",
     )
-    leads: Literal["wires", "leg"] = Field(
-        default="wires",
-        description="wires (along their plate, out through the base plate) | leg (traces of film "
+    leads: Literal["wires", "leg"] = key(
+        "wires",
+        "wires (along their plate, out through the base plate) | leg (traces of film "
         "and flex plates, on front legs that are bent down into a groove of the mount)",
     )
-    mount: Literal["inserts", "iso9409"] = Field(
-        default="inserts",
-        description="back of the receiver that the finger slides into: inserts (two, M3) | iso9409 "
+    mount: Literal["inserts", "iso9409"] = key(
+        "inserts",
+        "back of the receiver that the finger slides into: inserts (two, M3) | iso9409 "
         "(the holes of ISO 9409-1-50-4-M6)",
     )
     gate_mm: float = bounded(4.0, 0.2, 50, "diameter of gate and riser; shrunk to what fits")
@@ -136,13 +131,14 @@ class Mold(Table):
     )
     lock_mm: float = bounded(2.0, 0.2, 50, "diameter of the base's locks; shrunk to what fits")
     excess: float = bounded(0.15, 0, 2, "silicone mixed beyond what the cavity holds, share")
-    gage: str = Field(
-        default="auto",
-        description="auto (what is sold and fits the plates) | a type's name, as 'foil_1' or "
+    gage: str = key(
+        "auto",
+        "auto (what is sold and fits the plates) | a type's name, as 'foil_1' or "
         "'sputtered_film' of the catalogue data/stock.toml, or of [[mold.gage_types]]",
     )
-    gage_types: Many[GageType] = Field(
-        default=(),
+    gage_types: Many[GageType] = key(
+        (),
+        "gages of your own, before the catalogue's; [[mold.gage_types]] tables say the same",
         max_length=50,
         examples=[
             [
@@ -155,14 +151,12 @@ class Mold(Table):
                 }
             ]
         ],
-        description="gages of your own, before the catalogue's; [[mold.gage_types]] tables say the "
-        "same",
     )
-    sheets_mm: Many[Annotated[float, Field(gt=0, le=20)]] = Field(
-        default=(),
+    sheets_mm: Many[Annotated[float, Field(gt=0, le=20)]] = key(
+        (),
+        "thicknesses of sheet that you have; absent: those commonly sold",
         max_length=50,
         examples=[[0.1, 0.15, 0.2, 0.3]],
-        description="thicknesses of sheet that you have; absent: those commonly sold",
     )
     density_g_cm3: float | None = bounded(
         None, 0.5, 3, "of the silicone; absent: typical of the body's material", example=1.08

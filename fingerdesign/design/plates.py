@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Named, Table, bounded, refuse, refuse_key
+from fingerdesign.design.base import Many, Named, Table, bounded, key, refuse, refuse_key
 from fingerdesign.design.body import Body
 from fingerdesign.runtime.registry import PLATE_LAYOUTS
 
@@ -72,8 +72,8 @@ class Row(Table):
     span_mm: float | None = bounded(None, 0.1, 500, _AS_PLATES)
     span_offset_mm: float | None = bounded(None, -250, 250, _AS_PLATES)
     stagger_mm: float | None = bounded(None, -250, 250, _AS_PLATES)
-    along: Literal["x", "z"] | None = Field(default=None, description=_AS_PLATES)
-    follow: Layout | None = Field(default=None, description=_AS_PLATES)
+    along: Literal["x", "z"] | None = key(None, _AS_PLATES)
+    follow: Layout | None = key(None, _AS_PLATES)
 
 
 class Plates(Table):
@@ -86,9 +86,7 @@ class Plates(Table):
     thickness_mm: float = bounded(0.1, 0.005, 10, "in the section")
     length_mm: float = bounded(2.0, 0.05, 200, "in the section")
     angle_deg: float = bounded(45.0, -180, 180, "anticlockwise from the row's axis (+x)")
-    alternate: bool = Field(
-        default=False, description="every second plate of a row lies at -angle_deg"
-    )
+    alternate: bool = key(False, "every second plate of a row lies at -angle_deg")
     pitch_mm: float = bounded(1.0, 0.01, 200, "between plate centres, along the row")
     cover_mm: float = bounded(2.0, 0.01, 500, "plate centre below the surface, along y")
     offset_mm: float = bounded(0.0, -250, 250, "of the row's middle, along the row")
@@ -99,12 +97,12 @@ class Plates(Table):
     stagger_mm: float = bounded(
         0.0, -250, 250, "every second plate lies this far from its neighbours across the row"
     )
-    along: Literal["x", "z"] = Field(
-        default="x", description="x (feels shear in x) | z: the row runs along z, its plates span x"
+    along: Literal["x", "z"] = key(
+        "x", "x (feels shear in x) | z: the row runs along z, its plates span x"
     )
-    follow: Layout = Field(
-        default="level",
-        description="level (cover along y) | turned (cover along the surface's normal, pitch along "
+    follow: Layout = key(
+        "level",
+        "level (cover along y) | turned (cover along the surface's normal, pitch along "
         "the surface, angle from its tangent) | bent (turned, and bent to the surface's curve)",
     )
     hole_diameter_mm: float | None = bounded(
@@ -117,25 +115,25 @@ class Plates(Table):
     hole_pitch_mm: float = bounded(
         _HOLE_PITCH_MM, 0.1, 200, "between holes, along the plate's middle line"
     )
-    material: str = Field(default="phosphor_bronze", description="a name known or in [materials]")
-    rows: Many[Row] = Field(
-        default=(),
-        max_length=20,
-        examples=[[{"along": "z", "count": 5, "cover_mm": 4.0, "span_mm": 6.0}]],
-        description="further rows, each as [plates] but for its own keys: count, length_mm, "
+    material: str = key("phosphor_bronze", "a name known or in [materials]")
+    rows: Many[Row] = key(
+        (),
+        "further rows, each as [plates] but for its own keys: count, length_mm, "
         "angle_deg, pitch_mm, cover_mm, offset_mm, span_mm, span_offset_mm, stagger_mm, along, "
         "follow; [[plates.rows]] tables say the same",
+        max_length=20,
+        examples=[[{"along": "z", "count": 5, "cover_mm": 4.0, "span_mm": 6.0}]],
     )
-    placement: Annotated[Many[Many[float]] | None, BeforeValidator(_three_or_four)] = Field(
-        default=None,
+    placement: Annotated[Many[Many[float]] | None, BeforeValidator(_three_or_four)] = key(
+        None,
+        "[[x, y, angle_deg], ...] or [x, y, angle_deg, z]: centres one by one instead "
+        "of count, pitch, cover",
         max_length=MAX_PLATES,
         examples=[[[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]],
-        description="[[x, y, angle_deg], ...] or [x, y, angle_deg, z]: centres one by one instead "
-        "of count, pitch, cover",
     )
-    model: Literal["solid", "sheet", "none"] = Field(
-        default="solid",
-        description="solid | sheet (membrane and bending at the mid-surface) | none (gages stay, "
+    model: Literal["solid", "sheet", "none"] = key(
+        "solid",
+        "solid | sheet (membrane and bending at the mid-surface) | none (gages stay, "
         "plates are left out of the model)",
     )
 
@@ -155,16 +153,12 @@ class Plates(Table):
                 "lower plates.count or the rows' own",
                 "plates.rows",
             )
-        for key, idle in (
-            ("along", "x"),
-            ("follow", "level"),
-            ("offset_mm", 0.0),
-            ("alternate", False),
-        ):
-            if self.placement is not None and getattr(self, key) != idle:
-                bound = f"{idle!r} where plates.placement is given"
+        idle = {"along": "x", "follow": "level", "offset_mm": 0.0, "alternate": False}
+        for name, value in idle.items() if self.placement is not None else ():
+            if getattr(self, name) != value:
+                bound = f"{value!r} where plates.placement is given"
                 remedy = "remove it: plates.placement says where each plate lies"
-                yield refuse_key(self, f"plates.{key}", bound, remedy)
+                yield refuse_key(self, f"plates.{name}", bound, remedy)
         if self.hole_diameter_mm is None and self.hole_pitch_mm != _HOLE_PITCH_MM:
             bound = "absent where plates.hole_diameter_mm is not given"
             remedy = "remove it or give plates.hole_diameter_mm"

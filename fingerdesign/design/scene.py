@@ -16,6 +16,7 @@ from fingerdesign.design.base import (
     Whole,
     bounded,
     holds,
+    key,
     key_fields,
     own_keys,
     positive,
@@ -67,13 +68,11 @@ _Pulls = Annotated[Many[Many[float]], _of_length(*_BOTH_FORCES, "increments_N", 
 class SceneObject(Table):
     """The rigid object above the crest: let down along y it first touches at approach 0."""
 
-    shape: Annotated[str, Named(SCENE_OBJECTS)] = Field(
-        default="plane", description=" | ".join(SCENE_OBJECTS.shipped_names())
+    shape: Annotated[str, Named(SCENE_OBJECTS)] = key(
+        "plane", " | ".join(SCENE_OBJECTS.shipped_names())
     )
     radius_mm: float | None = bounded(None, 0.05, 1e5, "of a cylinder or sphere")
-    axis: Literal["x", "z"] = Field(
-        default="z", description="a cylinder's direction before tilt and turn"
-    )
+    axis: Literal["x", "z"] = key("z", "a cylinder's direction before tilt and turn")
     tilt_deg: float = bounded(0.0, -45, 45, "turned about z, anticlockwise seen from +z")
     turn_deg: float = bounded(
         0.0, -180, 180, "turned about y after the tilt: an edge, or a slope, of any direction"
@@ -81,9 +80,9 @@ class SceneObject(Table):
     friction_coefficient: float = bounded(
         0.5, 0, 10, "Coulomb: tangential <= mu x normal; mu of the other laws"
     )
-    friction_law: Literal["coulomb", "capped", "shear_strength", "power"] = Field(
-        default="coulomb",
-        description="largest shear traction at a pressure p: coulomb: mu p | capped: shear_strength"
+    friction_law: Literal["coulomb", "capped", "shear_strength", "power"] = key(
+        "coulomb",
+        "largest shear traction at a pressure p: coulomb: mu p | capped: shear_strength"
         " + mu p, up to shear_limit | shear_strength: that alone, wherever there is contact | "
         "power: mu p (p / reference_pressure)^-friction_exponent; but coulomb all at most 10 p",
     )
@@ -197,22 +196,21 @@ key_fields(SceneObject, SCENE_OBJECTS)
 class ScenePath(Table):
     """The object's motion, or the forces it presses and pulls with, one increment a row."""
 
-    increments_mm: _Motions = Field(
-        default=(),
-        max_length=10_000,
-        description="rows of cumulative [approach, shear] in mm, or [approach, shear, shear_z], or "
+    increments_mm: _Motions = key(
+        (),
+        "rows of cumulative [approach, shear] in mm, or [approach, shear, shear_z], or "
         "[approach, shear, shear_z, twist_deg]: the object moves along -y, +x, +z and turns about "
         "+y; each is cut into increments as substeps says",
-    )
-    increments_N: _Pulls = Field(
-        default=(),
         max_length=10_000,
-        description='with control = "force": rows of [normal, tangential] in N on the whole '
-        "finger, along -y and +x, also where the object slopes",
     )
-    control: Literal["motion", "force"] = Field(
-        default="motion",
-        description="motion: rows are displacements | force: rows are forces, the motion is found",
+    increments_N: _Pulls = key(
+        (),
+        'with control = "force": rows of [normal, tangential] in N on the whole '
+        "finger, along -y and +x, also where the object slopes",
+        max_length=10_000,
+    )
+    control: Literal["motion", "force"] = key(
+        "motion", "motion: rows are displacements | force: rows are forces, the motion is found"
     )
     substeps: int | None = bounded(
         None,
@@ -270,9 +268,7 @@ class ScenePath(Table):
 class Readout(Table):
     """Points at which the strain tensor is reported."""
 
-    points_mm: Many[Row3] = Field(
-        default=(), max_length=1000, description="[[x, y, z], ...] inside the finger"
-    )
+    points_mm: Many[Row3] = key((), "[[x, y, z], ...] inside the finger", max_length=1000)
 
 
 class Scene(Whole):

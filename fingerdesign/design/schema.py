@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, Whole, holds, refuse, refuse_key
+from fingerdesign.design.base import Many, Table, Whole, holds, key, refuse, refuse_key
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.former import with_current_keys
@@ -47,18 +47,12 @@ _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNOREC
 def safe_name(value: str) -> str:
     """The name itself where it is safe as a folder's; a fault of its key where it is not."""
     if not re.fullmatch(NAME_PATTERN.strip("^$"), value):
-        raise refuse(
-            value,
-            "1 to 64 letters, digits, '-', '_' or '.', neither starting nor ending with '.'",
-            "it names the result's folder: choose another",
-        )
-    if _RESERVED.fullmatch(value):
-        raise refuse(
-            value,
-            "none of the names that Windows reserves (con, prn, aux, nul, com1, lpt1, ...)",
-            "it names the result's folder: choose another",
-        )
-    return value
+        bound = "1 to 64 letters, digits, '-', '_' or '.', neither starting nor ending with '.'"
+    elif _RESERVED.fullmatch(value):
+        bound = "none of the names that Windows reserves (con, prn, aux, nul, com1, lpt1, ...)"
+    else:
+        return value
+    raise refuse(value, bound, "it names the result's folder: choose another")
 
 
 class Meta(Table):
@@ -75,15 +69,11 @@ class Material(Table):
 
     youngs_modulus_MPa: float = Field(ge=1e-4, le=2e6, description="small-strain modulus")
     poissons_ratio: float = Field(ge=0, le=0.4999, description="0 to 0.4999")
-    shore_a: float | None = Field(
-        default=None, ge=5, le=95, description="hardness, instead of the modulus: by Gent 1958"
+    shore_a: float | None = key(None, "hardness, instead of the modulus: by Gent 1958", ge=5, le=95)
+    expansion_per_K: float | None = key(
+        None, "linear, thermal; not given: a known material's", ge=0, le=1e-2
     )
-    expansion_per_K: float | None = Field(
-        default=None, ge=0, le=1e-2, description="linear, thermal; not given: a known material's"
-    )
-    source: str = Field(
-        default="the design file", max_length=500, description="where both are from"
-    )
+    source: str = key("the design file", "where both are from", max_length=500)
 
 
 Part = Literal["body", "plates", "core"]
@@ -102,9 +92,7 @@ class Design(Whole):
     mesh: MeshOptions = Field(default_factory=MeshOptions)
     grip: Grip = Field(default_factory=Grip)
     mold: Mold = Field(default_factory=Mold)
-    assumed: Many[str] = Field(
-        default=(), description="dotted keys whose values the source did not give"
-    )
+    assumed: Many[str] = key((), "dotted keys whose values the source did not give")
 
     @classmethod
     def model_validate(cls, obj: Any, **options: Any) -> Self:
@@ -221,16 +209,12 @@ class Design(Whole):
 
         A gage counts by its factor and by what it stiffens its plate, whatever name it has.
         """
-        factor, type_ = (
-            None if self.gage_factor == METAL_FACTOR else self.gage_factor,
-            self.gage_type,
-        )
-        stiff = None
+        stiff, type_ = None, self.gage_type
         if type_ is not None and type_.stiffness:
             size = type_.carrier(self.gages.length_mm, self.gages.width_mm)
             stiff = f"{type_.stiffness:.6g} N/mm, {size[0]:.6g} x {size[1]:.6g} mm"
-        own = {"kind": stiff, "gage_factor": factor}
-        gages = self.gages.model_copy(update=own)
+        factor = None if self.gage_factor == METAL_FACTOR else self.gage_factor
+        gages = self.gages.model_copy(update={"kind": stiff, "gage_factor": factor})
         return content_digest(self.model_copy(update={"gages": gages}))
 
 
@@ -245,10 +229,9 @@ def load_controller(design: Any) -> None:
 def _completed(name: str, given: Any) -> Any:
     """Return a material's table with the keys that it lacks taken from the known material."""
     known = MATERIALS.get(name)
-    if not (given is None or isinstance(given, Mapping)):
-        return given
-    given = _by_hardness(given)
-    if known is None:
+    if isinstance(given, Mapping):
+        given = _by_hardness(given)
+    if known is None or not isinstance(given, Mapping | None):
         return given
     values = {key: getattr(known, key) for key in _KNOWN}
     merged = {**values, **(given or {})}
@@ -258,13 +241,12 @@ def _completed(name: str, given: Any) -> Any:
     return merged
 
 
-def _by_hardness(given: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
-    """The table with the modulus of its Shore A hardness; one that gives both keeps
-    its modulus."""
-    hardness = (given or {}).get("shore_a")
-    if given is None or "youngs_modulus_MPa" in given:
+def _by_hardness(given: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The table with the modulus of its Shore A hardness; one that gives both keeps its modulus."""
+    hardness = given.get("shore_a")
+    if "youngs_modulus_MPa" in given or not isinstance(hardness, int | float):
         return given
-    if not (isinstance(hardness, int | float) and 5.0 <= hardness <= 95.0):
+    if not 5.0 <= hardness <= 95.0:
         return given
     modulus = round(gent_youngs_modulus(float(hardness)), 4)
     return {"poissons_ratio": 0.49, **given, "youngs_modulus_MPa": modulus}

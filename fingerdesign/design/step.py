@@ -208,15 +208,14 @@ def _cached(cache: Cache, digest: str) -> StepFacts | None:
 def _facts(
     digest: str, outline: Path, about: dict[str, Any], arrays: dict[str, NDArray[Any]]
 ) -> StepFacts:
-    return StepFacts(
-        _triple(about["low"]),
-        _triple(about["high"]),
-        float(about["volume"]),
-        digest,
-        outline,
-        str(about["outline"]),
-        unpacked(about["faces"], arrays, {kind.__name__: kind for kind in _KINDS}),
-    )
+    faces = unpacked(about["faces"], arrays, {kind.__name__: kind for kind in _KINDS})
+    low, high, volume = _triple(about["low"]), _triple(about["high"]), float(about["volume"])
+    return StepFacts(low, high, volume, digest, outline, str(about["outline"]), faces)
+
+
+def _triple(values: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = values
+    return float(x), float(y), float(z)
 
 
 def _intact(brep: Path, outline: str) -> bool:
@@ -225,11 +224,6 @@ def _intact(brep: Path, outline: str) -> bool:
         return hashlib.sha256(brep.read_bytes()).hexdigest() == outline
     except OSError:
         return False
-
-
-def _triple(values: Sequence[float]) -> tuple[float, float, float]:
-    x, y, z = values
-    return float(x), float(y), float(z)
 
 
 def resolved(

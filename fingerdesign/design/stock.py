@@ -13,7 +13,7 @@ from typing import Any, Literal
 from pydantic import Field
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Table, bounded, positive, refuse
+from fingerdesign.design.base import Table, bounded, key, positive, refuse
 
 STOCK_FILE = "stock.toml"
 _SAME_MM = 1e-6
@@ -27,9 +27,9 @@ class GageType(Table):
     """
 
     name: str = Field(min_length=1, max_length=60, description="by which mold.gage takes it")
-    kind: Literal["foil", "tee", "bar", "film", "fibre"] = Field(
-        default="foil",
-        description="foil | tee (two grids across each other) | bar (of bare silicon) | film "
+    kind: Literal["foil", "tee", "bar", "film", "fibre"] = key(
+        "foil",
+        "foil | tee (two grids across each other) | bar (of bare silicon) | film "
         "(made to measure) | fibre",
     )
     grid_length_mm: float = positive(..., 200, "along the strain that it reads")
@@ -44,11 +44,11 @@ class GageType(Table):
     modulus_MPa: float = bounded(0.0, 0, 1e6, "mean of that along the grid; 0: not known")
     least_order: int = bounded(1, 1, 10_000, "pieces; of film: sheets")
     lead_weeks: float = bounded(0.0, 0, 200, "from order to delivery; 0: not known")
-    price: Literal["low", "middle", "high", ""] = Field(
-        default="", description="of a piece: low (below 20 EUR) | middle (to 50) | high; absent"
+    price: Literal["low", "middle", "high", ""] = key(
+        "", "of a piece: low (below 20 EUR) | middle (to 50) | high; absent"
     )
-    source: str = Field(default="", description="of these numbers")
-    date: str = Field(default="", max_length=20, description="of the source, as read")
+    source: str = key("", "of these numbers")
+    date: str = key("", "of the source, as read", max_length=20)
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         for side in ("length", "width"):

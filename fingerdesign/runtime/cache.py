@@ -139,8 +139,7 @@ class Cache:
         self.put(name, f"{_digest(text)}\n{text}".encode(), durable)
 
     def arrays(self, name: str) -> tuple[dict[str, NDArray[Any]], Any] | None:
-        """Read the arrays of a name and the facts about them; None: nothing that can be
-        read."""
+        """Read the arrays of a name and the facts about them; None: nothing that can be read."""
         import numpy as np
 
         path = self.path(name)

@@ -237,8 +237,7 @@ def tolerance() -> None:
     Plates are off by what holds them in the mold, the rubber by its batch, gages by their factors.
     Yield is the share of fingers that grip with 1.1 to 1.5 times the least force, if a stage closes
     all of them alike. --yield-within also lifts with the design's own controller; each finger takes
-    seconds.
-    OUT/NAME then holds report.html (what to tighten first, the spread) and tolerance.json.
+    seconds. OUT/NAME then holds report.html (what to tighten first, the spread) and tolerance.json.
     """
 
 
