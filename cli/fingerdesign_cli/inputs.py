@@ -30,15 +30,10 @@ def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design
 
     Raises :class:`DesignError` with every fault of both and of the one against the other.
     """
-    scene: Judged[Scene] | None = None
-    errors: list[DesignError] = []
-    if scene_name is not None:
-        scene, error = judged_scene(scene_name)
-        errors += [error] if error else []
+    scene, wrong = (None, None) if scene_name is None else judged_scene(scene_name)
     found, error = judged_design(design_name, scene)
-    errors += [error] if error else []
-    if errors or found is None or found.value is None:
-        raise DesignError.together(errors)
+    if wrong or error or found is None or found.value is None:
+        raise DesignError.together([each for each in (wrong, error) if each])
     return found.value, scene.value if scene is not None else None
 
 
@@ -78,12 +73,11 @@ def judged_design(
         found = judge_design(file_text(name), str(name), Path(name).parent)
     except DesignError as error:
         return None, error
-    own = DesignError(found.faults, str(name))
-    against = DesignError([])
+    both = [DesignError(found.faults, str(name))]
     if scene is not None and scene.value is not None and found.value is not None:
-        against = DesignError(scene_faults(scene.value, found.value), f"{name} (scene)")
-    both = DesignError.together((own, against))
-    return found, both if both.faults else None
+        both.append(DesignError(scene_faults(scene.value, found.value), f"{name} (scene)"))
+    error = DesignError.together(both)
+    return found, error if error.faults else None
 
 
 def estimator_for(

@@ -106,14 +106,10 @@ def _tolerance(data: _Data, _: Path) -> Look:
     if (response := data.get("gage_response")) is not None:
         designed, reached = (f"{value:.3g}" for value in response)
         facts.append(f"response: {designed} microstrain/N; nine of ten as made reach {reached}")
-    rows = [
-        [
-            each["words"],
-            f"{two_digits(each['tolerance'])} {each['unit']}",
-            number(each["share"], 0, 100.0),
-        ]
-        for each in data["sources"]
-    ]
+    rows = []
+    for each in data["sources"]:
+        tolerance = f"{two_digits(each['tolerance'])} {each['unit']}"
+        rows.append([each["words"], tolerance, number(each["share"], 0, 100.0)])
     what = f"tolerances of {data['design']} ({FIDELITY_WORDS[data['fidelity']]})"
     headings = ("cause of scatter", "tolerance ±", "share of variance, %")
     return Look(what, (), (), facts, headings, rows)
@@ -146,21 +142,19 @@ def _unlike(data: _Data, _: Path) -> Look:
         [label, *(_percent(by[name]["success"]) for name in names)]
         for label, by in data["summaries"].items()
     ]
-    good: list[str] = []
-    bad: list[str] = []
-    for label, by in data["summaries"].items():
-        rates = {f"{name}, {label}": by[name]["success"]["rate"] for name in names}
-        well, ill = _judged(rates, "success")
-        good, bad = [*good, *well], [*bad, *ill]
+    rates = {
+        f"{name}, {label}": by[name]["success"]["rate"]
+        for label, by in data["summaries"].items()
+        for name in names
+    }
+    good, bad = _judged(rates, "success")
     what = f"{data['plants']} perturbed fingers of {data['design']} ({data['fidelity']})"
     return Look(what, good, bad, ("the table: success in %",), ("fault", *names), rows)
 
 
 @_look("tuning.json")
 def _tuning(data: _Data, _: Path) -> Look:
-    rows: list[list[str]] = []
-    good: list[str] = []
-    bad: list[str] = []
+    rows, good, bad = list[list[str]](), list[str](), list[str]()
     for name, found in data["controllers"].items():
         before, after = (found[key]["success_rate"] for key in ("default", "best"))
         rows.append([name, f"{100 * before:.1f}", f"{100 * after:.1f}"])

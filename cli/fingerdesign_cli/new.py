@@ -42,10 +42,8 @@ class Wish(Options):
         """The request. DesignError with every fault."""
         faults: list[Fault] = []
         masses: tuple[float, ...] = ()
-        for option, value, choices in (
-            ("--gages", self.gages, SOURCES),
-            ("--process", self.process, PROCESSES),
-        ):
+        gages, process = ("--gages", self.gages, SOURCES), ("--process", self.process, PROCESSES)
+        for option, value, choices in (gages, process):
             if value is not None and value not in choices:
                 bound = f"one of {', '.join(choices)}"
                 faults.append(Fault(option, shown(value), bound, "choose one of them"))
@@ -92,10 +90,8 @@ class Kind(Options):
 def new(file: Path, source: str | None, form: Kind, wish: Wish, force: bool) -> int:
     """Write a commented starter design to FILE.toml, its name taken from FILE; or another file."""
     form.refuse(source, wish)
-    entry, request = None, None
-    if wish.given:
-        request = wish.request()
-        entry = nearest(request)
+    request = wish.request() if wish.given else None
+    entry = None if request is None else nearest(request)
     _refuse(file, force)
     name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
     made = "" if file.parent.exists() else f" in the new folder {file.parent}"

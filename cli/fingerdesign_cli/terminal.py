@@ -35,17 +35,7 @@ SHORT = 13  # A table's cell of so many characters, as "118 / 29 / 4", stays on 
 _ALMOST = 0.95  # The bar waits here for a stage that takes longer than its forecast.
 _TELLING = 0.05  # Before this fraction the pace shows little of the time left.
 # Plain characters for terminals whose encoding has no others.
-_PLAIN = {
-    "✓": "+",
-    "✗": "x",
-    "·": "-",
-    "μ": "mu",
-    "×": "x",
-    "–": "-",
-    "…": "...",
-    "≥": ">=",
-    "°": "o",
-}
+_PLAIN = dict(zip("✓✗·×–°", "+x-x-o", strict=True)) | {"μ": "mu", "…": "...", "≥": ">="}
 
 
 def _plain(error: UnicodeError) -> tuple[str, int]:
@@ -147,8 +137,7 @@ def _bar(title: str) -> Iterator[Progress]:
     class Fraction(BarColumn):
         def render(self, task: Task) -> ProgressBar:
             fraction, _ = pace.now()
-            pulse = fraction is None
-            return ProgressBar(1.0, fraction or 0.0, width=24, pulse=pulse)
+            return ProgressBar(1.0, fraction or 0.0, width=24, pulse=fraction is None)
 
     class Left(ProgressColumn):
         def render(self, task: Task) -> Text:
@@ -157,13 +146,9 @@ def _bar(title: str) -> Iterator[Progress]:
             spent = f"{task.elapsed or 0.0:.0f} s"
             return Text(f"{percent}, {left:.0f} s left" if left is not None else percent or spent)
 
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.fields[title]}", markup=False),
-        Fraction(),
-        Left(),
-        TextColumn("{task.description}", markup=False),
-    )
+    title_column = TextColumn("{task.fields[title]}", markup=False)
+    description = TextColumn("{task.description}", markup=False)
+    columns = (SpinnerColumn(), title_column, Fraction(), Left(), description)
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=None, title=title)
 
@@ -224,8 +209,8 @@ def _verdict_lines(verdicts: Sequence[Verdict]) -> list[str]:
         cells = f"{each.number:{number}}  {each.target:{target}}  {each.count}"
         line = f"  {each.sign} {each.name:{name}}  {cells}".rstrip()
         if len(line) > WIDTH:
-            parts = each.name, each.number, each.target, each.count
-            line = f"  {each.sign} {'  '.join(part for part in parts if part)}"
+            parts = filter(None, (each.name, each.number, each.target, each.count))
+            line = f"  {each.sign} {'  '.join(parts)}"
         lines.append(shortened(line))
     return lines
 

@@ -97,12 +97,10 @@ def _why_not(option: str, given: Path, read: set[Path], taken: set[Path]) -> str
     records = (OUTCOMES_FILE, STUDY_FILE, RESULT_FILE)
     in_result = given.is_file() and any((path.parent / name).is_file() for name in records)
     results_own = path in read or path.name in records or in_result
+    is_other = given.exists() and not given.is_file()
     ends = (".html", ".htm") if option == "--out" else (".csv",)
     reasons = (
-        (
-            given.exists() and not given.is_file(),
-            "must be a regular file, not a folder, a pipe or a device",
-        ),
+        (is_other, "must be a regular file, not a folder, a pipe or a device"),
         (not above.is_dir(), "must be a file in a folder"),
         (results_own, "must not be a result's own file"),
         (path.suffix.lower() not in ends, f"must end in {ends[0]}"),
@@ -141,7 +139,7 @@ def _refuse_unknown(found: Comparison) -> None:
 
 
 def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:
-    outcomes = found.outcomes
+    outcomes, facts = found.outcomes, found.facts
     chosen = None if best.chosen is None else outcomes[best.chosen]
     return {
         "report": str(out),
@@ -154,12 +152,10 @@ def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, o
         "not_feasible": {
             outcome.name: list(causes)
             for outcome in outcomes
-            if (causes := why_not(outcome, found.facts.objectives, found.facts.constraints))
+            if (causes := why_not(outcome, facts.objectives, facts.constraints))
         },
         "front": [outcomes[number].name for number in best.front],
-        "objectives": [
-            {"metric": each.metric, "goal": each.goal} for each in found.facts.objectives
-        ],
+        "objectives": [{"metric": each.metric, "goal": each.goal} for each in facts.objectives],
     }
 
 

@@ -51,15 +51,11 @@ def generate(
     with naming_out(target, f"variants of {study.name}"):
         refuse_foreign(study, target)
     of, chosen = _chosen(study, base, only)
+    workers = workers or usable_cores()
     with progress(study.name, not as_json()) as show:
+        report = _Reported(show, of).report
         found = write_variants(
-            study,
-            chosen,
-            target,
-            cad=cad,
-            whole=not only,
-            workers=workers or usable_cores(),
-            report=_Reported(show, of).report,
+            study, chosen, target, cad=cad, whole=not only, workers=workers, report=report
         )
     if as_json():
         line(_data(found, target))
@@ -124,12 +120,11 @@ def _show_invalid(invalid: Sequence[Variant], target: Path) -> None:
 
 
 def _variant_data(made: Made) -> dict[str, object]:
+    variant = made.variant
     return {
-        "number": made.variant.number,
-        "name": made.variant.name,
-        "values": made.variant.values,
-        "valid": made.variant.design is not None,
-        "faults": [str(fault) for fault in made.variant.faults],
+        **{key: getattr(variant, key) for key in ("number", "name", "values")},
+        "valid": variant.design is not None,
+        "faults": [str(fault) for fault in variant.faults],
         "cad": made.cad or None,
         "kept": made.existed,
     }

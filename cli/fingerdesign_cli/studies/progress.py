@@ -82,10 +82,9 @@ class StudyProgress:
         self._failures += 1
         if self._quiet or self._failures > _FAILURES:
             return
-        reason = printable(
-            f"{name} {FAILURE_WORDS[failure.kind]}: {' '.join(failure.sentence.split())}"
-        )
+        why = " ".join(failure.sentence.split())
         more = "; the report will have the causes of further failures"
+        reason = printable(f"{name} {FAILURE_WORDS[failure.kind]}: {why}")
         click.echo(reason + more * (self._failures == _FAILURES), err=True)
 
 
