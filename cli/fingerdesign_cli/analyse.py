@@ -23,6 +23,7 @@ from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import RESULTS
 from fingerdesign.runtime.progress import Progress
+from fingerdesign_cli import terminal
 from fingerdesign_cli.inputs import (
     all_sound,
     collected,
@@ -32,21 +33,6 @@ from fingerdesign_cli.inputs import (
     refuse_foreign,
 )
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.terminal import (
-    WIDTH,
-    as_json,
-    details,
-    number,
-    open_page,
-    opens,
-    part_of,
-    print_table,
-    progress,
-    quiet,
-    say_block,
-    say_details,
-    say_result,
-)
 
 # The columns of the table of grips; those without any value are left out.
 _HEADINGS = ("g", "μ", "ends", "F_n N", "margin", "stick", "pauses", "stick error", "slip warning")
@@ -138,18 +124,18 @@ def analyse(designs: tuple[Path, ...], out: Path, run: Run, products: Products) 
     results: list[Result] = []
     for done, case in enumerate(cases):
         name = case.design.design.name
-        with progress(name) as show:
-            part = part_of(show, done, len(cases))
+        with terminal.progress(name) as show:
+            part = terminal.part_of(show, done, len(cases))
             results.append(answer_of(case, out, part, products))
     _report(results, out, [str(path) for path in designs])
     for result in results:
-        open_page(out / result.design / PAGE)
+        terminal.open_page(out / result.design / PAGE)
     return 0 if all(result.status == "ok" for result in results) else 1
 
 
 def answer_of(case: Case, out: Path, show: Progress, products: Products) -> Result:
     """Write OUT/NAME from the cached answer, or by an analysis, which alone loads the solvers."""
-    page, cad = (True if opens() else products.page), products.cad
+    page, cad = (True if terminal.opens() else products.page), products.cad
     found = None if products.fresh else cached_answer(case, out, page, cad)
     if found is not None:
         show("analysed before: its answer is taken (analyse --fresh analyses it again)")
@@ -198,7 +184,7 @@ def _read(designs: tuple[Path, ...], run: Run, out: Path, fresh: bool) -> list[C
 
 def _say_replaced(path: Path, name: str, out: Path) -> None:
     """Warn where a file of another name than its design's replaces a result of that name."""
-    if path.stem != name and (out / name).exists() and not quiet():
+    if path.stem != name and (out / name).exists() and not terminal.quiet():
         remedy = "set design.name to keep both"
         click.echo(f"{path} has design.name {name!r}: it replaces {out / name}; {remedy}", err=True)
 
@@ -217,10 +203,10 @@ def _report(results: list[Result], out: Path, files: list[str]) -> None:
         for result, file in zip(results, files, strict=True):
             _show(result, out / result.design, file)
 
-    if quiet() and not as_json():
+    if terminal.quiet() and not terminal.as_json():
         for each in results:
             _say_failure(each)
-    say_result(lambda: [_facts(each, out) for each in results], show)
+    terminal.say_result(lambda: [_facts(each, out) for each in results], show)
 
 
 def _facts(result: Result, out: Path) -> dict[str, object]:
@@ -238,12 +224,12 @@ def _say_failure(result: Result) -> None:
 def _show(result: Result, folder: Path, file: str) -> None:
     """The result as a block; file: of its design, as the user named it. With --details all that
     the block leaves out: the model, each warning, tables of numbers."""
-    say_block(verdict_view(result, shlex.quote(file)), folder)
-    if not details():
+    terminal.say_block(verdict_view(result, shlex.quote(file)), folder)
+    if not terminal.details():
         return
     if result.ladder:
         click.echo(f"{result.ladder.chosen}; {result.ladder.models[-1].why}")
-    say_details(result.warnings, detail_tables(result))
+    terminal.say_details(result.warnings, detail_tables(result))
 
 
 def grip(
@@ -265,14 +251,14 @@ def grip(
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
     refuse_foreign(RESULTS, out / design.design.name)
     estimator = estimator_for(design, estimator_file, fidelity, [design.grip.controller])
-    with progress(design.design.name) as show:
+    with terminal.progress(design.design.name) as show:
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator, surface=surface)
         result = answer_of(case, out, show, products)
-    if result.failure and not as_json():
+    if result.failure and not terminal.as_json():
         _say_failure(result)
     facts = _facts(result, out) | {"grips": [asdict(each) for each in result.grips]}
     page = out / result.design / PAGE
-    say_result(lambda: facts, partial(_show_grips, result, out, str(design_file)), page)
+    terminal.say_result(lambda: facts, partial(_show_grips, result, out, str(design_file)), page)
     return 0 if result.status == "ok" else 1
 
 
@@ -312,7 +298,9 @@ def _show_grips(result: Result, out: Path, file: str) -> None:
     shown = shown[one:]
     cells = [[row[k] for k in shown] for row in rows]
     headings = [_HEADINGS[k] for k in shown]
-    print_table(f"{result.design}: {mass}{first.controller}", headings, cells, WIDTH)
+    terminal.print_table(
+        f"{result.design}: {mass}{first.controller}", headings, cells, terminal.WIDTH
+    )
     _show(result, out / result.design, file)
 
 
@@ -322,11 +310,11 @@ def _row(grip: GripResult) -> list[str]:
         f"{grip.object_mass_g:g}",
         f"{grip.friction_coefficient:g}",
         next((word for word, is_so in ends.items() if is_so), "not lifted"),
-        number(grip.final_normal_force_N),
-        number(grip.safety_margin),
-        number(grip.minimum_stick_ratio),
+        terminal.number(grip.final_normal_force_N),
+        terminal.number(grip.safety_margin),
+        terminal.number(grip.minimum_stick_ratio),
         f"{grip.holds}",
-        number(grip.stick_error, 3),
+        terminal.number(grip.stick_error, 3),
         _warned(grip),
     ]
 
@@ -335,5 +323,7 @@ def _warned(grip: GripResult) -> str:
     """Time and part of F_t at which the controller warned of complete slip; its false alarms."""
     words = {"withdrawn": "withdrawn", "none": "none"}.get(grip.slip_warning or "", "-")
     if grip.lead_s is not None:
-        words = f"{grip.lead_s:.2f} s before, {number(grip.lead_force_share, 0, 100.0)} % F_t"
+        words = (
+            f"{grip.lead_s:.2f} s before, {terminal.number(grip.lead_force_share, 0, 100.0)} % F_t"
+        )
     return f"{words}; {grip.false_alarms} of {grip.alarms} false" if grip.alarms else words

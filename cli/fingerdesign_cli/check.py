@@ -28,17 +28,8 @@ from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.summary import Summary, summarise
 from fingerdesign.materials import disagreement_of
 from fingerdesign.records.verdict import SIGNS
+from fingerdesign_cli import terminal
 from fingerdesign_cli.inputs import collected, judged_design, judged_scene
-from fingerdesign_cli.terminal import (
-    as_json,
-    details,
-    number,
-    print_table,
-    quiet,
-    say,
-    say_marked,
-    say_result,
-)
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
@@ -69,7 +60,7 @@ def check(designs: tuple[Path, ...], scene_file: Path | None) -> int:
     checked = [each for each in found if isinstance(each, _Checked)]
     reports += [each.report if isinstance(each, _Checked) else each for each in found]
     name = scene_file.stem if scene_file else ""
-    say_result(lambda: reports, lambda: _show_all(checked, name, wrong is None))
+    terminal.say_result(lambda: reports, lambda: _show_all(checked, name, wrong is None))
     return 0 if all(report["sound"] for report in reports) else 2
 
 
@@ -118,13 +109,13 @@ def _show_all(checked: list[_Checked], scene: str, scene_sound: bool) -> None:
     """Print the tables of all sound designs, then the notes."""
     if checked and scene_sound:
         for each in checked:
-            say(f"{SIGNS['pass']} {each.summary.name}: no fault")
+            terminal.say(f"{SIGNS['pass']} {each.summary.name}: no fault")
         _show([each.summary for each in checked], scene)
         _show_costs([(each.summary.name, cost) for each in checked for cost in each.costs], scene)
         _show_lifts([(each.summary.name, lift) for each in checked for lift in each.lifts])
     for each in checked:
         for note in each.notes:
-            say_marked(SIGNS["note"], f"note: {note}")
+            terminal.say_marked(SIGNS["note"], f"note: {note}")
 
 
 def _other(path: Path, kind: str) -> dict[str, object]:
@@ -132,10 +123,10 @@ def _other(path: Path, kind: str) -> dict[str, object]:
     facts, error = _scene_facts(path) if kind == "scene" else _study_facts(path)
     if error is not None:
         return _faulty(path, error)
-    if not (quiet() or as_json()):
-        say(f"{SIGNS['pass']} {path}: no fault ({kind})")
+    if not (terminal.quiet() or terminal.as_json()):
+        terminal.say(f"{SIGNS['pass']} {path}: no fault ({kind})")
         for name, value in facts.items():
-            say_marked("", f"{name}: {value}")
+            terminal.say_marked("", f"{name}: {value}")
     return {"file": str(path), "kind": kind, "sound": True, "faults": [], **facts}
 
 
@@ -277,22 +268,26 @@ def _show(summaries: list[Summary], scene: str) -> None:
     rows = [
         [
             "\n".join([*textwrap.wrap(item.name, room), item.body, "; ".join(item.rows) or "bare"]),
-            *map(number, (item.least_surface_mm, item.least_gap_mm)),
-            *map(number, (item.least_side_mm, item.least_base_mm)),
-            number(item.volume_mm3, 0),
+            *map(terminal.number, (item.least_surface_mm, item.least_gap_mm)),
+            *map(terminal.number, (item.least_side_mm, item.least_base_mm)),
+            terminal.number(item.volume_mm3, 0),
         ]
         for item in summaries
     ]
     headings = ["design, body, plates", "surface", "gap", "side", "base", "volume, mm³"]
-    print_table("Distances of the plates, mm", headings, rows)
-    say_marked("", "least distance of a plate to the contact surface, to another plate, to the")
-    say_marked("", "finger's side and to its base")
-    if details():
+    terminal.print_table("Distances of the plates, mm", headings, rows)
+    terminal.say_marked(
+        "", "least distance of a plate to the contact surface, to another plate, to the"
+    )
+    terminal.say_marked("", "finger's side and to its base")
+    if terminal.details():
         path = f"the scene {scene}" if scene else "the fundamental path"
         for item in summaries:
-            reach = f"half-width of contact {number(item.contact_half_width_mm, 1)} mm"
-            words = f"{path}, first approach {number(item.approach_mm)} mm: {reach} (forecast)"
-            say_marked("", f"{item.name}: {words}")
+            reach = f"half-width of contact {terminal.number(item.contact_half_width_mm, 1)} mm"
+            words = (
+                f"{path}, first approach {terminal.number(item.approach_mm)} mm: {reach} (forecast)"
+            )
+            terminal.say_marked("", f"{item.name}: {words}")
 
 
 def _remarks(found: Forecast) -> str:
@@ -316,10 +311,10 @@ def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:
         return
     headings = ["design", "fidelity", "elements", "equations", "contact", "GB", "s"]
     case = f"--scene {scene}" if scene else "the fundamental case and the grips"
-    print_table("Cost of analyse (forecast)", headings, rows)
-    say_marked("", "contact: nodes that may touch; GB: memory; s: time on this machine")
-    if details():
-        say_marked("", f"{case}, on {costs[0][1].machine_words}")
+    terminal.print_table("Cost of analyse (forecast)", headings, rows)
+    terminal.say_marked("", "contact: nodes that may touch; GB: memory; s: time on this machine")
+    if terminal.details():
+        terminal.say_marked("", f"{case}, on {costs[0][1].machine_words}")
 
 
 def _show_lifts(held: list[tuple[str, Lift]]) -> None:
@@ -331,21 +326,25 @@ def _show_lifts(held: list[tuple[str, Lift]]) -> None:
             name,
             f"{each.object_mass_g:g}",
             f"{each.friction_coefficient:g}",
-            *map(number, (each.normal_force_N, each.tangential_force_N, each.approach_mm)),
-            *(_contact_cells(each) if details() else ()),
+            *map(terminal.number, (each.normal_force_N, each.tangential_force_N, each.approach_mm)),
+            *(_contact_cells(each) if terminal.details() else ()),
             {True: "likely pass", False: "likely fail", None: "open"}[each.measurable],
         ]
         for name, each in held
     ]
     headings = ["design", "mass, g", "friction", "F_n N", "F_t N", "approach, mm"]
-    headings += [*(["half-width", "nodes 2-D / 3-D"] if details() else []), "gage signal"]
-    print_table("Lift with a margin of 1.5 (forecast)", headings, rows)
-    say_marked("", "F_n, F_t: normal and tangential force of one finger; approach: its depth")
-    say_marked("", "gage signal: the verdict of that name; open: the forecast does not decide it")
-    say_marked("", "slip sensing is not forecast: analyse judges it")
+    headings += [*(["half-width", "nodes 2-D / 3-D"] if terminal.details() else []), "gage signal"]
+    terminal.print_table("Lift with a margin of 1.5 (forecast)", headings, rows)
+    terminal.say_marked(
+        "", "F_n, F_t: normal and tangential force of one finger; approach: its depth"
+    )
+    terminal.say_marked(
+        "", "gage signal: the verdict of that name; open: the forecast does not decide it"
+    )
+    terminal.say_marked("", "slip sensing is not forecast: analyse judges it")
 
 
 def _contact_cells(found: Lift) -> tuple[str, str]:
     """The contact's half-width, and its nodes in plane strain and in 3-D."""
     nodes = " / ".join(f"{count}" for count in found.contact_nodes.values())
-    return number(found.contact_half_width_mm, 1), nodes
+    return terminal.number(found.contact_half_width_mm, 1), nodes

@@ -18,18 +18,9 @@ from fingerdesign.mold.tables import made_words, words
 from fingerdesign.records.base import plain
 from fingerdesign.records.verdict import SIGNS
 from fingerdesign.runtime.machine import usable_cores
+from fingerdesign_cli import terminal
 from fingerdesign_cli.inputs import folders_above, interrupted, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import Options
-from fingerdesign_cli.terminal import (
-    WIDTH,
-    details,
-    print_table,
-    progress,
-    say,
-    say_block,
-    say_marked,
-    say_result,
-)
 
 _SHOWN = 10  # failing checks that are shown one by one
 
@@ -56,10 +47,12 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     refuse_foreign(FOLDER, out / name)
     passed = older_passed(out / name)
     nothing = interrupted("nothing of the mold is stored")
-    with nothing, folders_above(out / name), progress(name) as show:
+    with nothing, folders_above(out / name), terminal.progress(name) as show:
         report = write_mold(design, out / name, show)
     page = out / name / "report.html"
-    say_result(lambda: report, lambda: _show(report, out / name, cautions_of(design)), page)
+    terminal.say_result(
+        lambda: report, lambda: _show(report, out / name, cautions_of(design)), page
+    )
     if report["failure"] is None:
         return 0
     for line in (report["failure"], *_failed(report)):
@@ -91,7 +84,9 @@ def tolerance(
             found = tolerance(design, scene, fidelity, show, stem, draws)
         write_tolerance(found, folder)
     page = target / "report.html"
-    return say_result(lambda: plain(found), lambda: say_block(view_of(found), target), page)
+    return terminal.say_result(
+        lambda: plain(found), lambda: terminal.say_block(view_of(found), target), page
+    )
 
 
 def _failed(report: MoldData) -> list[str]:
@@ -107,9 +102,9 @@ def _failed(report: MoldData) -> list[str]:
 def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
     if report["parts"]:
         columns, made = ["part", "made", "size, mm", "cm³", "drawn"], made_words(report)
-        columns += ["triangles"] if details() else []
+        columns += ["triangles"] if terminal.details() else []
         rows = [_cells(part, made[part["made"]]) for part in report["parts"]]
-        print_table(f"{report['design']}: parts of its mold", columns, rows)
+        terminal.print_table(f"{report['design']}: parts of its mold", columns, rows)
     for plate in report["plates"]:
         click.echo(
             f"{plate['name']}: {plate['count']} of {plate['thickness_mm']:g} mm "
@@ -117,26 +112,26 @@ def _show(report: MoldData, folder: Path, general: Collection[str]) -> None:
             f"{plate['length_mm']:.3f} mm with legs"
         )
     _show_facts(report, general)
-    say(_summary(report), bold=True)
+    terminal.say(_summary(report), bold=True)
     for line in report["sensor"]["fix"]:
-        say(f"  fix  {line}")
+        terminal.say(f"  fix  {line}")
     click.echo(f"{report['seconds']:.0f} s; report: {folder / 'report.html'}")
 
 
 def _show_facts(report: MoldData, general: Collection[str]) -> None:
     """Print silicone, placement, warnings, leads and hours."""
     if report["silicone"] is not None:
-        say_marked("", report["silicone"]["sentence"])
+        terminal.say_marked("", report["silicone"]["sentence"])
     if report["placement"] is not None:
         for sentence in report["placement"]["sentences"][:2]:  # All together, and the spread.
-            say_marked("", sentence)
+            terminal.say_marked("", sentence)
     for warning in report["warnings"]:
-        if details() or warning not in general:
-            say_marked(SIGNS["warning"], warning)
+        if terminal.details() or warning not in general:
+            terminal.say_marked(SIGNS["warning"], warning)
     if report["leads"] is not None and report["leads"]["reason"] is None:
-        say_marked("", report["leads"]["sentences"][0])
+        terminal.say_marked("", report["leads"]["sentences"][0])
     if report["hours"]:
-        say_marked("", f"hands-on: {hours_words(report['hours'])}")
+        terminal.say_marked("", f"hands-on: {hours_words(report['hours'])}")
 
 
 def _summary(report: MoldData) -> str:
@@ -147,12 +142,14 @@ def _summary(report: MoldData) -> str:
     cast = f"{sign} {'castable' if not report['failure'] else 'not castable'}"
     sensor = f"{SIGNS['fail']} {'; '.join(reasons)}" if reasons else SIGNS["pass"]
     summary = f"mold {cast}, {good} of {len(report['checks'])} checks · sensor {sensor}"
-    return textwrap.fill(summary, WIDTH - 6, break_long_words=False, break_on_hyphens=False)
+    return textwrap.fill(
+        summary, terminal.WIDTH - 6, break_long_words=False, break_on_hyphens=False
+    )
 
 
 def _cells(part: PartData, made: str) -> list[str]:
     size = " x ".join(f"{value:.1f}" for value in part["size_mm"])
     draw = "stays" if part["draw"] is None else axis_name(part["draw"])
     volume = f"{1e-3 * part['volume_mm3']:.2f}"
-    triangles = [f"{part['triangles']:,}"] if details() else []
+    triangles = [f"{part['triangles']:,}"] if terminal.details() else []
     return [words(part["name"]), made, size, volume, draw, *triangles]

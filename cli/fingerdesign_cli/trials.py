@@ -34,15 +34,9 @@ from fingerdesign.trials.study import (
 from fingerdesign.trials.summary import Summary
 from fingerdesign.trials.tables import NONE, at_noise
 from fingerdesign.trials.tuning import DESIGN_FILE, TuningSetting
+from fingerdesign_cli import terminal
 from fingerdesign_cli.inputs import all_sound, estimator_for, read_case, recorded, refuse_foreign
 from fingerdesign_cli.options import CONTROLLER_NAMES, Options
-from fingerdesign_cli.terminal import (
-    number,
-    print_table,
-    say_done,
-    say_marked,
-    say_result,
-)
 
 
 @dataclass(frozen=True)
@@ -173,16 +167,18 @@ def _recorded(folder: Path, target: Path) -> int:
         data = sets.judge_recorded(folder)
         page.write_recorded(data, place, perf_counter() - began)
     report = target / sets.PAGE
-    return say_result(lambda: plain(data), lambda: _show_recorded(data, report), report)
+    return terminal.say_result(lambda: plain(data), lambda: _show_recorded(data, report), report)
 
 
 def _show_recorded(data: sets.RecordedData, report: Path) -> None:
     for each in page.tables(data):
-        print_table(each.caption, each.columns, each.rows)
+        terminal.print_table(each.caption, each.columns, each.rows)
     for found in page.verdicts(data):
-        say_marked(found.sign, f"{found.name}: {found.number}, {found.target}, {found.count}")
+        terminal.say_marked(
+            found.sign, f"{found.name}: {found.number}, {found.target}, {found.count}"
+        )
     for words in page.unread(data):
-        say_marked(SIGNS["warning"], f"not read: {words}")
+        terminal.say_marked(SIGNS["warning"], f"not read: {words}")
     click.echo(f"report: {report}")
 
 
@@ -196,7 +192,7 @@ def _gripbench(target: Path, hands: Hands, workers: int, held_out: str | None) -
         found = run_study(design, hands.names, grid, journal, replace(options, report=show))
         card = gripbench.scorecard(found, hands.names, held_out is not None)
         gripbench.write_scorecard(card, folder)
-    return say_result(lambda: plain(card), lambda: _show_card(card, target))
+    return terminal.say_result(lambda: plain(card), lambda: _show_card(card, target))
 
 
 def _show_card(card: gripbench.Scorecard, folder: Path) -> None:
@@ -208,7 +204,7 @@ def _show_card(card: gripbench.Scorecard, folder: Path) -> None:
         rows.append([_named(each["controller"]), *cells])
     grips = card["scores"][0]["grips"]
     title = f"GripBench {card['version']}, {card['set']}: grips each: {grips}; success in %"
-    print_table(title, ["controller", "success", "95 %", "margin", "dropped"], rows)
+    terminal.print_table(title, ["controller", "success", "95 %", "margin", "dropped"], rows)
     click.echo(f"{card['seconds']:.0f} s; scorecard: {folder / gripbench.RECORD}")
 
 
@@ -226,7 +222,7 @@ def _lifts(
     about["left_out"] = info["left_out"]
     words = f"{target}: {about['episodes']} lifts, {about['frames']} frames"
     words += f"; {info['left_out']} lifts failed and are left out" if info["left_out"] else ""
-    return say_done({"design": design.design.name, **about}, words)
+    return terminal.say_done({"design": design.design.name, **about}, words)
 
 
 def _study(
@@ -245,14 +241,14 @@ def _study(
         show("writing", 1.0)
         write_study(found, folder)
     page = target / "control.html"
-    return say_result(lambda: plain(found.data), lambda: _show(found, target), page)
+    return terminal.say_result(lambda: plain(found.data), lambda: _show(found, target), page)
 
 
 def _show(found: ControlStudy, folder: Path) -> None:
     """One table, the findings, and where the page with all other tables is."""
     noise, data = found.trace_noise, found.data
     rows = [(_named(each["controller"]), at_noise(each, noise)) for each in data["controllers"]]
-    print_table(
+    terminal.print_table(
         f"{data['design']} at {noise:g} microstrain: grips each: {rows[0][1].grips}; "
         "success and held in %",
         ["controller", "success", "95 %", "held", "dropped", "crushed", "not lifted"],
@@ -263,9 +259,9 @@ def _show(found: ControlStudy, folder: Path) -> None:
     if data["tuning"] is not None:
         _show_tuning(data["tuning"], folder)
     for item in findings(data):
-        say_marked(item.verdict.sign, f"{item.question} {item.detail}")
+        terminal.say_marked(item.verdict.sign, f"{item.question} {item.detail}")
     for warning in data["warnings"]:
-        say_marked(SIGNS["warning"], warning)
+        terminal.say_marked(SIGNS["warning"], warning)
     click.echo(f"{data['seconds']['whole']:.0f} s; report: {folder / 'control.html'}")
 
 
@@ -276,7 +272,7 @@ def _show_tuning(tuning: TuningData, folder: Path) -> None:
         rates = (f"{100 * each['success_rate']:.1f}" for each in (default, best))
         rows.append([name, *rates, str(best["dropped"]), str(best["crushed"])])
     title = f"tuned on {len(tuning['cells'])} other grips; values: {folder / DESIGN_FILE}"
-    print_table(title, ["controller", "before %", "tuned %", "dropped", "crushed"], rows)
+    terminal.print_table(title, ["controller", "before %", "tuned %", "dropped", "crushed"], rows)
 
 
 def _show_faults(found: ControlStudy) -> None:
@@ -288,12 +284,12 @@ def _show_faults(found: ControlStudy) -> None:
         cells = []
         for each in every:
             own = each["by_fault"][number_]
-            words = f"{number(own.success.rate, 0, 100.0)} ({_interval(own.success, 0)})"
+            words = f"{terminal.number(own.success.rate, 0, 100.0)} ({_interval(own.success, 0)})"
             margin = own.safety_margin
             cells.append(words if margin is None else f"{words}, {margin.median:.2f}")
         rows.append([label, *cells])
     title = f"success in % (95 % over fingers), margin; fingers a row: {perturbed['plants']}"
-    print_table(title, ["fault", *(_named(each["controller"]) for each in every)], rows)
+    terminal.print_table(title, ["fault", *(_named(each["controller"]) for each in every)], rows)
 
 
 def _named(controller: str) -> str:
@@ -302,7 +298,7 @@ def _named(controller: str) -> str:
 
 
 def _rate(share: Share) -> str:
-    return number(share.rate, 1, 100.0, NONE)
+    return terminal.number(share.rate, 1, 100.0, NONE)
 
 
 def _interval(share: Share, digits: int = 1) -> str:

@@ -20,24 +20,9 @@ from fingerdesign.records.verdict import SIGNS, VerdictView
 from fingerdesign.report import style
 from fingerdesign.report.table import Table
 from fingerdesign.runtime.files import write_whole
+from fingerdesign_cli import terminal
 from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.looks import Kind, Look, kind_of, look_at, marked
-from fingerdesign_cli.terminal import (
-    WIDTH,
-    as_json,
-    details,
-    open_page,
-    opens,
-    print_table,
-    quiet,
-    say,
-    say_block,
-    say_details,
-    say_done,
-    say_marked,
-    say_result,
-    shortened,
-)
 
 _DRAWING = "a dimensioned drawing"  # in the words of each: by them its file is known
 _WRONG = (
@@ -78,18 +63,20 @@ def _draw(design_file: Path, out: Path) -> None:
     write_whole(files[0], svg)
     write_whole(files[1], png)
     about = {"design": name, "facts": words, "files": [str(path) for path in files]}
-    say_done(about, f"drawn: {files[0]}, {files[1]}", files[0])
+    terminal.say_done(about, f"drawn: {files[0]}, {files[1]}", files[0])
 
 
 def _show_results(folder: Path, cad: bool) -> None:
     views = [_view(place) for place in _places(folder)]
     for each in views:
         if isinstance(each, _View):
-            _complete(each.place, opens() or not (quiet() or as_json()), cad)
-    say_result(lambda: [_summary(each) for each in views], lambda: _show_all(views))
+            _complete(
+                each.place, terminal.opens() or not (terminal.quiet() or terminal.as_json()), cad
+            )
+    terminal.say_result(lambda: [_summary(each) for each in views], lambda: _show_all(views))
     for each in views:
         if each.report is not None:
-            open_page(Path(each.report))
+            terminal.open_page(Path(each.report))
 
 
 def _complete(place: Path, page: bool, cad: bool) -> None:
@@ -194,17 +181,17 @@ def _show(view: _View | _Other) -> None:
     """A result's block, or what was found in another folder; with --details all of it."""
     if isinstance(view, _Other):
         look = view.look
-        say("\n".join(textwrap.wrap(look.what, WIDTH - 6)), bold=True)
-        for sign, sentence in marked(look, whole=details()):
-            say_marked(sign, sentence)
+        terminal.say("\n".join(textwrap.wrap(look.what, terminal.WIDTH - 6)), bold=True)
+        for sign, sentence in marked(look, whole=terminal.details()):
+            terminal.say_marked(sign, sentence)
         if look.rows:
-            print_table("", look.headings, look.rows, WIDTH)
+            terminal.print_table("", look.headings, look.rows, terminal.WIDTH)
         if view.report:
-            say(f"report: {view.report}")
+            terminal.say(f"report: {view.report}")
         return
-    say_block(_verdicts(view), view.place)
-    if details():
-        say_details(view.result.warnings, view.tables)
+    terminal.say_block(_verdicts(view), view.place)
+    if terminal.details():
+        terminal.say_details(view.result.warnings, view.tables)
 
 
 def _verdicts(view: _View) -> VerdictView:
@@ -214,7 +201,7 @@ def _verdicts(view: _View) -> VerdictView:
 def _show_line(view: _View | _Other) -> None:
     """One line for one of several results: a sign, the folder, and what fails."""
     if isinstance(view, _Other):
-        bad = [shortened(each) for each in view.look.bad]
+        bad = [terminal.shortened(each) for each in view.look.bad]
         words, good = [view.look.what, *bad[:1]], bool(view.look.good)
     else:
         found = _verdicts(view)
@@ -223,11 +210,11 @@ def _show_line(view: _View | _Other) -> None:
         bad += [found.failure] if found.failure else []
         good = "pass" in {each.status for each in found.verdicts}
     sign = SIGNS["fail" if bad else "pass" if good else "note"]
-    say(shortened(f"{sign} {view.place.name}: {' · '.join(filter(None, words))}"))
+    terminal.say(terminal.shortened(f"{sign} {view.place.name}: {' · '.join(filter(None, words))}"))
 
 
 def _show_all(views: list[_View | _Other]) -> None:
     """One result in full; of several a line each, but with --details all of each."""
-    show = _show if len(views) == 1 or details() else _show_line
+    show = _show if len(views) == 1 or terminal.details() else _show_line
     for each in views:
         show(each)

@@ -5,7 +5,7 @@ from contextlib import suppress
 
 import click
 import pytest
-from fingerdesign_cli import analyse, check, options, sensing, trials
+from fingerdesign_cli import analyse, check, options, sensing, terminal, trials
 from fingerdesign_cli.commands import finger
 from fingerdesign_cli.studies import compare
 from fingerdesign_cli.terminal import _Pace, part_of
@@ -98,7 +98,7 @@ def test_targets_take_their_own_options_alone():
 
 
 def test_columns_of_distances_are_under_their_headings(calls_of):
-    shown = calls_of(check, "print_table")
+    shown = calls_of(terminal, "print_table")
     found = summarise(load_design("maeno2000"))
     check._show([found], "")
     ((_, headings, (row,)), _), *_ = shown
@@ -111,7 +111,7 @@ def test_columns_of_compared_designs_are_under_their_headings(calls_of):
     made = any_outcomes(12)
     facts = facts_of("made", made)
     best = recommend(made, facts.objectives, facts.constraints)
-    shown = calls_of(compare, "print_table")
+    shown = calls_of(terminal, "print_table")
     compare._show_designs(Comparison(made, facts), best)
     ((_, headings, rows, *_), _), *_ = shown
     for name, standing, *cells in rows:

@@ -3,33 +3,9 @@ many: variants, studies, searches, comparisons."""
 
 import click
 
-from fingerdesign_cli.options import (
-    DESIGN,
-    FILE,
-    OUT,
-    SHELVES,
-    STUDY,
-    FiniteRange,
-    Place,
-    ShippedOrFile,
-    command,
-    design_and_out,
-    details_option,
-    fidelity_option,
-    folder_option,
-    go_on_option,
-    json_option,
-    open_option,
-    out_option,
-    output_options,
-    quiet_option,
-    result_options,
-    scene_option,
-    scheduler_options,
-    workers_option,
-)
+from fingerdesign_cli import options
 
-ANY = ShippedOrFile("design", "scene", "study")
+ANY = options.ShippedOrFile("design", "scene", "study")
 _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
     *("plane_strain", "gage_depth_average", "plate_span", "small_strain", "poissons_ratio"),
     *("youngs_modulus", "relaxation", "temperature", "sheets", "gage_point"),
@@ -37,8 +13,8 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 )
 
 
-@command("new", "Write a commented starter design.")
-@click.argument("file", type=Place(dir_okay=False))
+@options.command("new", "Write a commented starter design.")
+@click.argument("file", type=options.Place(dir_okay=False))
 @click.option(
     "--from", "source", metavar="NAME", help="Start from this shipped design, scene or study."
 )
@@ -54,7 +30,7 @@ _KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
 @click.option("--gages", metavar="SOURCE", help="The same with gages that are: film | bought.")
 @click.option("--process", metavar="NAME", help="The same with a mold by: sla | fdm | machined.")
 @click.option("--force", is_flag=True, help="Overwrite FILE.")
-@output_options
+@options.output_options
 def new() -> None:
     """Write a commented starter design to FILE.toml, its name taken from FILE; a scene; a study.
 
@@ -66,11 +42,11 @@ def new() -> None:
     """
 
 
-@command("check", "Is a design, a scene or a study sound? Every fault.")
+@options.command("check", "Is a design, a scene or a study sound? Every fault.")
 @click.argument("designs", metavar="FILE...", nargs=-1, required=True, type=ANY)
-@scene_option("A scene's file or a shipped one's name; without it, fundamental.")
-@details_option
-@output_options
+@options.scene_option("A scene's file or a shipped one's name; without it, fundamental.")
+@options.details_option
+@options.output_options
 def check() -> None:
     """Name every fault of every FILE at once, each as key, value, bound and remedy.
 
@@ -83,11 +59,11 @@ def check() -> None:
     """
 
 
-@command("mesh", "Mesh a design and report the mesh's quality.")
-@click.argument("design_file", metavar="DESIGN", type=DESIGN)
-@folder_option()
-@fidelity_option("3d")
-@scene_option(
+@options.command("mesh", "Mesh a design and report the mesh's quality.")
+@click.argument("design_file", metavar="DESIGN", type=options.DESIGN)
+@options.folder_option()
+@options.fidelity_option("3d")
+@options.scene_option(
     "A scene's file or a shipped one's name: fine where its contact will be; without it, "
     "the fundamental case's."
 )
@@ -104,7 +80,7 @@ def check() -> None:
 @click.option(
     "--picture/--no-picture", default=True, help="Draw mesh.png and quality.png.", show_default=True
 )
-@output_options
+@options.output_options
 def mesh() -> None:
     """Mesh DESIGN as an analysis would, and say how good the mesh is.
 
@@ -116,14 +92,14 @@ def mesh() -> None:
     """
 
 
-@command("analyse", "Analyse designs: contact, gages, grips, report.")
-@click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=DESIGN)
-@out_option()
-@scene_option(
+@options.command("analyse", "Analyse designs: contact, gages, grips, report.")
+@click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=options.DESIGN)
+@options.out_option()
+@options.scene_option(
     "Run this scene's path alone (a file, or a shipped scene's name); without it, the "
     "fundamental case and the design's grips."
 )
-@fidelity_option("3d", auto=True, finite=True)
+@options.fidelity_option("3d", auto=True, finite=True)
 @click.option(
     "--accuracy",
     "--tolerance",
@@ -139,11 +115,11 @@ def mesh() -> None:
     default=None,
     help="In place of the design's mesh.mesher; sweep: prisms, of straight fingers.",
 )
-@go_on_option
-@result_options
-@details_option
-@open_option
-@output_options
+@options.go_on_option
+@options.result_options
+@options.details_option
+@options.open_option
+@options.output_options
 def analyse() -> None:
     """Analyse each DESIGN: contact, gages, grips, and a result in OUT/NAME.
 
@@ -156,13 +132,13 @@ def analyse() -> None:
     """
 
 
-@command("studio", "See a finger follow its sliders, in the browser.")
-@click.argument("design_file", metavar="[DESIGN]", required=False, type=DESIGN)
+@options.command("studio", "See a finger follow its sliders, in the browser.")
+@click.argument("design_file", metavar="[DESIGN]", required=False, type=options.DESIGN)
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=0, help="Of the page; without it a free one."
 )
 @click.option("--no-open", is_flag=True, help="Leave the browser closed; else it is opened.")
-@quiet_option
+@options.quiet_option
 def studio() -> None:
     """Serve a page on this machine alone, on which DESIGN's numbers follow its sliders.
 
@@ -174,9 +150,9 @@ def studio() -> None:
     """
 
 
-@command("validate", "What each modelling assumption costs, and saves.")
-@design_and_out("validate")
-@scene_option(
+@options.command("validate", "What each modelling assumption costs, and saves.")
+@options.design_and_out("validate")
+@options.scene_option(
     "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
 )
 @click.option(
@@ -196,10 +172,10 @@ def studio() -> None:
     help="With --gages: standard deviation of a sample, microstrain.  [default: 0.5]",
 )
 @click.option("--grips", type=int, help="With --gages: grips to learn from.  [default: 600]")
-@workers_option
-@fidelity_option("plane-strain")
-@open_option
-@output_options
+@options.workers_option
+@options.fidelity_option("plane-strain")
+@options.open_option
+@options.output_options
 def validate() -> None:
     """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves.
 
@@ -215,22 +191,22 @@ def validate() -> None:
     """
 
 
-@command("mold", "Spread of fingers as cast; what to tighten first.")
-@design_and_out("tolerance")
-@scene_option(
+@options.command("mold", "Spread of fingers as cast; what to tighten first.")
+@options.design_and_out("tolerance")
+@options.scene_option(
     "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
 )
-@fidelity_option("plane-strain")
+@options.fidelity_option("plane-strain")
 @click.option(
     "--yield-within",
     "within",
-    type=FiniteRange(1.0, 50.0),
+    type=options.FiniteRange(1.0, 50.0),
     metavar="POINTS",
     help="Also mesh and lift fingers as cast, until the yield is known to within so many points.",
 )
-@workers_option
-@open_option
-@output_options
+@options.workers_option
+@options.open_option
+@options.output_options
 def tolerance() -> None:
     """Report the spread of fingers that are cast as DESIGN, by one analysis and its derivatives.
 
@@ -241,8 +217,8 @@ def tolerance() -> None:
     """
 
 
-@command("mold", "Make the mold that a finger is cast in.")
-@design_and_out("mold")
+@options.command("mold", "Make the mold that a finger is cast in.")
+@options.design_and_out("mold")
 @click.option(
     "--process",
     type=click.Choice(["sla", "fdm", "machined"]),
@@ -256,13 +232,13 @@ def tolerance() -> None:
 )
 @click.option(
     "--profile",
-    type=Place(dir_okay=False),
+    type=options.Place(dir_okay=False),
     help="Instead of mold.process, [mold.limits] and [mold.comb]: what your machine and cutter "
     "hold, as measured on the profile.toml of a first mold.",
 )
-@open_option
-@details_option
-@output_options
+@options.open_option
+@options.details_option
+@options.output_options
 def mold() -> None:
     """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes.
 
@@ -275,21 +251,21 @@ def mold() -> None:
     """
 
 
-@command("shelf", "What there is: designs, materials, metrics ...")
-@click.argument("what", metavar="WHAT...", nargs=-1, type=click.Choice(SHELVES))
-@json_option
+@options.command("shelf", "What there is: designs, materials, metrics ...")
+@click.argument("what", metavar="WHAT...", nargs=-1, type=click.Choice(options.SHELVES))
+@options.json_option
 def list_() -> None:
     """List the entries of WHAT: designs, scenes, studies, materials, metrics, controllers (those of
     plug-ins too), gages. Without WHAT, these topics; with --json, every entry."""
 
 
-@command("view", "Draw a design, or show a result.")
-@click.argument("target", metavar="DESIGN|DIR", type=DESIGN)
-@out_option()
-@details_option
-@open_option
+@options.command("view", "Draw a design, or show a result.")
+@click.argument("target", metavar="DESIGN|DIR", type=options.DESIGN)
+@options.out_option()
+@options.details_option
+@options.open_option
 @click.option("--cad", is_flag=True, help="Of a result: write STEP and STL files if missing.")
-@output_options
+@options.output_options
 def view() -> None:
     """Draw DESIGN with its dimensions, or show what a command wrote to DIR.
 
@@ -305,12 +281,14 @@ def view() -> None:
     """
 
 
-study_fidelity_option = fidelity_option(None, auto=True, unset="study.fidelity; of a study alone")
+study_fidelity_option = options.fidelity_option(
+    None, auto=True, unset="study.fidelity; of a study alone"
+)
 
 
-@command("studies.generate", "Write a study's variants as files.")
-@click.argument("study_file", metavar="STUDY", type=STUDY)
-@out_option()
+@options.command("studies.generate", "Write a study's variants as files.")
+@click.argument("study_file", metavar="STUDY", type=options.STUDY)
+@options.out_option()
 @click.option(
     "--only",
     metavar="N",
@@ -319,8 +297,8 @@ study_fidelity_option = fidelity_option(None, auto=True, unset="study.fidelity; 
     help="Only the variant of this number; may be given again.",
 )
 @click.option("--cad/--no-cad", default=True, show_default=True, help="Write STEP and STL too.")
-@workers_option
-@output_options
+@options.workers_option
+@options.output_options
 def generate() -> None:
     """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME.
 
@@ -336,10 +314,10 @@ def generate() -> None:
     """
 
 
-@command("studies.search", "Analyse every variant of a study.")
-@click.argument("study_file", metavar="STUDY", type=STUDY)
-@out_option()
-@scheduler_options
+@options.command("studies.search", "Analyse every variant of a study.")
+@click.argument("study_file", metavar="STUDY", type=options.STUDY)
+@options.out_option()
+@options.scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed: for time, memory, a crash.")
 @click.option(
     "--shard",
@@ -347,8 +325,8 @@ def generate() -> None:
     help="Every N-th variant from the I-th, into OUT/NAME.I-of-N; compare OUT joins them.",
 )
 @study_fidelity_option
-@open_option
-@output_options
+@options.open_option
+@options.output_options
 def sweep() -> None:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them.
 
@@ -364,9 +342,9 @@ def sweep() -> None:
     """
 
 
-@command("studies.search", "Find a finger that passes, from a design; or search a study.")
-@click.argument("study_file", metavar="DESIGN|STUDY", type=ShippedOrFile("design", "study"))
-@out_option()
+@options.command("studies.search", "Find a finger that passes, from a design; or search a study.")
+@click.argument("study_file", metavar="DESIGN|STUDY", type=options.ShippedOrFile("design", "study"))
+@options.out_option()
 @click.option(
     "--trials",
     type=click.IntRange(1, 100_000),
@@ -385,11 +363,11 @@ def sweep() -> None:
     metavar="KEY",
     help="From a design: a further key that may vary, as body.width_mm; repeatable.",
 )
-@scheduler_options
+@options.scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed for time, memory or a crash.")
 @study_fidelity_option
-@open_option
-@output_options
+@options.open_option
+@options.output_options
 def optimise() -> None:
     """Search from DESIGN for a finger that passes all verdicts of `analyse`.
 
@@ -409,17 +387,19 @@ def optimise() -> None:
     """
 
 
-@command("studies.compare", "Which finger is better at what, on one page.")
-@click.argument("results", metavar="RESULT...", nargs=-1, required=True, type=FILE)
+@options.command("studies.compare", "Which finger is better at what, on one page.")
+@click.argument("results", metavar="RESULT...", nargs=-1, required=True, type=options.FILE)
 @click.option(
     "--out",
     metavar="FILE",
-    type=FILE,
-    default=OUT / "compare.html",
+    type=options.FILE,
+    default=options.OUT / "compare.html",
     show_default=True,
     help="Where to write: the page, FILE.html.",
 )
-@click.option("--csv", "csv_file", metavar="FILE", type=FILE, help="Also a row a design as CSV.")
+@click.option(
+    "--csv", "csv_file", metavar="FILE", type=options.FILE, help="Also a row a design as CSV."
+)
 @click.option(
     "--objective",
     "requested",
@@ -432,8 +412,8 @@ def optimise() -> None:
     is_flag=True,
     help="Work out what results of analyse lack: stick_error, cost and what others have.",
 )
-@open_option
-@output_options
+@options.open_option
+@options.output_options
 def compare() -> None:
     """Compare the designs of every RESULT on one page that opens offline.
 

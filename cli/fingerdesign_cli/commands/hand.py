@@ -4,29 +4,7 @@ from pathlib import Path
 
 import click
 
-from fingerdesign_cli.options import (
-    DESIGN,
-    FILE,
-    MASSES,
-    FiniteRange,
-    command,
-    controller_option,
-    controllers_option,
-    design_and_out,
-    details_option,
-    estimator_option,
-    fidelity_option,
-    go_on_option,
-    model_option,
-    numbers_option,
-    open_option,
-    out_option,
-    output_folder,
-    output_options,
-    result_options,
-    scene_option,
-    workers_option,
-)
+from fingerdesign_cli import options
 
 TARGETS = {
     "c": "C99 without dependencies",
@@ -41,14 +19,14 @@ def _new_folder(
     context: click.Context, parameter: click.Parameter, value: tuple[str, Path] | None
 ) -> tuple[str, Path] | None:
     """Refuse the folder of a data set before any work."""
-    output_folder(context, parameter, value[1] if value else None)
+    options.output_folder(context, parameter, value[1] if value else None)
     return value
 
 
-@command("analyse", "Lift an object whose weight and friction are unknown.")
-@design_and_out()
-@controller_option
-@numbers_option(
+@options.command("analyse", "Lift an object whose weight and friction are unknown.")
+@options.design_and_out()
+@options.controller_option
+@options.numbers_option(
     "--friction",
     "frictions",
     "MU",
@@ -58,23 +36,23 @@ def _new_folder(
 @click.option(
     "--mass-g",
     metavar="G",
-    type=MASSES,
+    type=options.MASSES,
     help="The object's mass, or a range: 500, 50..500. Instead of grip.object_mass_g.",
 )
-@scene_option(
+@options.scene_option(
     "A scene whose object's friction, by whatever law, the grips meet, one lift each mass. "
     "Instead of grip.friction_coefficients."
 )
-@model_option
-@estimator_option(
+@options.model_option
+@options.estimator_option(
     "What the regulator grips by, from `fingerdesign train`; or a shipped design's name, for the "
     "estimator of a finger near to it. Without it one is trained first."
 )
-@go_on_option
-@result_options
-@details_option
-@open_option
-@output_options
+@options.go_on_option
+@options.result_options
+@options.details_option
+@options.open_option
+@options.output_options
 def grip() -> None:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.
 
@@ -86,18 +64,18 @@ def grip() -> None:
     """
 
 
-@command("sensing", "Train the estimator that the regulator grips by.")
-@design_and_out("train")
+@options.command("sensing", "Train the estimator that the regulator grips by.")
+@options.design_and_out("train")
 @click.option(
     "--noise",
-    type=FiniteRange(0.0, 1e3),
+    type=options.FiniteRange(0.0, 1e3),
     default=0.5,
     show_default=True,
     help="Of a sample of your gages, microstrain: written into the file.",
 )
-@workers_option
-@model_option
-@output_options
+@options.workers_option
+@options.model_option
+@options.output_options
 def train() -> None:
     """Train the estimator that the regulator grips by, on DESIGN's own model.
 
@@ -108,14 +86,14 @@ def train() -> None:
     """
 
 
-@command("sensing", "Hidden values of one finger, from a trace or a bench.")
-@click.argument("design_file", metavar="DESIGN", type=DESIGN)
-@click.argument("source", metavar="[SOURCE]", type=FILE, required=False)
-@out_option("identify")
-@click.option("--measured", type=FILE, hidden=True)  # The former name of SOURCE.
+@options.command("sensing", "Hidden values of one finger, from a trace or a bench.")
+@click.argument("design_file", metavar="DESIGN", type=options.DESIGN)
+@click.argument("source", metavar="[SOURCE]", type=options.FILE, required=False)
+@options.out_option("identify")
+@click.option("--measured", type=options.FILE, hidden=True)  # The former name of SOURCE.
 @click.option("--simulate", is_flag=True, help="Simulate a trace of a perturbed finger instead.")
 @click.option("--bench", is_flag=True, help="SOURCE is a bench; with --simulate: simulate a bench.")
-@estimator_option(
+@options.estimator_option(
     "For a bench: what `fingerdesign train` wrote for DESIGN; it is given this finger's curves."
 )
 @click.option(
@@ -138,9 +116,9 @@ def train() -> None:
     type=click.IntRange(0, 2),
     help="For a trace: terms of the relaxation (Prony series).  [default: by Schwarz's criterion]",
 )
-@model_option
-@open_option
-@output_options
+@options.model_option
+@options.open_option
+@options.output_options
 def identify() -> None:
     """Find hidden values of the one finger that was cast by DESIGN, by least squares.
 
@@ -159,9 +137,9 @@ def identify() -> None:
     """
 
 
-@command("sensing", "Write the regulator, or the finger, for another system.")
-@click.argument("files", metavar="[ESTIMATOR] DESIGN", type=DESIGN, nargs=-1, required=True)
-@out_option("export")
+@options.command("sensing", "Write the regulator, or the finger, for another system.")
+@click.argument("files", metavar="[ESTIMATOR] DESIGN", type=options.DESIGN, nargs=-1, required=True)
+@options.out_option("export")
 @click.option(
     "--to",
     type=click.Choice(list(TARGETS)),
@@ -170,26 +148,26 @@ def identify() -> None:
 )
 @click.option(
     "--noise",
-    type=FiniteRange(0.0, 1e3),
+    type=options.FiniteRange(0.0, 1e3),
     help="Of a sample of your gages, microstrain.  [default: the estimator's]",
 )
 @click.option(
     "--density",
     "densities",
-    type=(str, FiniteRange(0.0, 30.0, min_open=True)),
+    type=(str, options.FiniteRange(0.0, 30.0, min_open=True)),
     metavar="MATERIAL G_CM3",
     multiple=True,
     help="For mjcf and urdf: instead of the material's usual one; may be given again.",
 )
-@fidelity_option(None, unset="plane-strain")
+@options.fidelity_option(None, unset="plane-strain")
 @click.option(
     "--flex",
     "flex_mm",
-    type=FiniteRange(0.2, 20.0),
+    type=options.FiniteRange(0.2, 20.0),
     metavar="MM",
     help="For mjcf: the rubber as a flex of tetrahedra of this size, which has no plates in it.",
 )
-@output_options
+@options.output_options
 def export() -> None:
     """Write DESIGN for another system: its regulator, which grips by ESTIMATOR, or the finger.
 
@@ -207,23 +185,23 @@ def export() -> None:
     """
 
 
-@command("trials", "Compare controllers over friction, weight and noise.")
-@click.argument("design_file", metavar="DESIGN", type=DESIGN, required=False)
-@out_option("study")
-@controllers_option
-@numbers_option(
+@options.command("trials", "Compare controllers over friction, weight and noise.")
+@click.argument("design_file", metavar="DESIGN", type=options.DESIGN, required=False)
+@options.out_option("study")
+@options.controllers_option
+@options.numbers_option(
     "--friction",
     "frictions",
     "MU",
     "Friction coefficient; may be given again. Without it ten from 0.2 to 0.8.",
 )
-@numbers_option(
+@options.numbers_option(
     "--mass-g",
     "masses",
     "G",
     "The object's mass; may be given again. Without it ten from 100 to 1000 g.",
 )
-@numbers_option(
+@options.numbers_option(
     "--noise",
     "noises",
     "E",
@@ -269,7 +247,7 @@ def export() -> None:
 )
 @click.option(
     "--to",
-    type=(click.Choice(["lerobot"]), FILE),
+    type=(click.Choice(["lerobot"]), options.FILE),
     callback=_new_folder,
     metavar="lerobot DIR",
     help="Write the lifts, sample by sample, as a LeRobot data set into a new DIR; judge nothing.",
@@ -277,10 +255,10 @@ def export() -> None:
 @click.option(
     "--recorded",
     metavar="DIR",
-    type=FILE,
+    type=options.FILE,
     help="Judge our detectors of slip on recordings of others in DIR, instead of a DESIGN.",
 )
-@open_option
+@options.open_option
 @click.option(
     "--seed", type=int, default=0, show_default=True, help="Of all noise, fingers and trials."
 )
@@ -289,14 +267,14 @@ def export() -> None:
     is_flag=True,
     help="Take the seed of published tables, on which nothing is developed: once for each table.",
 )
-@estimator_option(
+@options.estimator_option(
     "For the regulator: what `fingerdesign train` wrote for DESIGN; or a shipped design's name, "
     "for the estimator of a finger near to it. Without it one is trained first (minutes), or "
     "taken from the cache."
 )
-@workers_option
-@model_option
-@output_options
+@options.workers_option
+@options.model_option
+@options.output_options
 def study() -> None:
     """Judge controllers on DESIGN over friction, weight and gage noise.
 

@@ -27,17 +27,10 @@ from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Store, run_jobs
 from fingerdesign.search.study.file import Limits
 from fingerdesign.search.study.metrics import METRICS
+from fingerdesign_cli import terminal
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.studies.progress import StudyProgress
 from fingerdesign_cli.studies.search import say_recommended
-from fingerdesign_cli.terminal import (
-    WIDTH,
-    as_json,
-    print_table,
-    progress,
-    say_marked,
-    say_result,
-)
 
 MOST_DESIGNS = 12  # of a terminal's table; the page has all
 LIMITS = Limits(time_s=1800.0, memory_MB=8000.0)  # of one in 3-D: a minute, some gigabytes
@@ -67,8 +60,8 @@ def compare(
 ) -> int:
     """Compare the designs of every RESULT on one page that opens offline."""
     files.refuse_places(results)
-    shown = complete and not as_json()
-    with progress("missing metrics", shown) as show, Cluster() as cluster:
+    shown = complete and not terminal.as_json()
+    with terminal.progress("missing metrics", shown) as show, Cluster() as cluster:
 
         def work(jobs: Sequence[Job]) -> tuple[Outcome, ...]:
             look = StudyProgress(show, cluster, silent=True)
@@ -86,7 +79,9 @@ def compare(
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, text)
     out = files.out
-    return say_result(lambda: _reported(found, best, out), lambda: _show(found, best, out), out)
+    return terminal.say_result(
+        lambda: _reported(found, best, out), lambda: _show(found, best, out), out
+    )
 
 
 def _why_not(option: str, given: Path, read: set[Path], taken: set[Path]) -> str:
@@ -165,9 +160,13 @@ def _show(found: Comparison, best: Recommendation, page: Path) -> None:
     click.echo(head.counts)
     say_recommended(head)
     if head.table is not None:
-        print_table(head.table.caption, head.table.columns, head.table.rows, WIDTH)
+        terminal.print_table(
+            head.table.caption, head.table.columns, head.table.rows, terminal.WIDTH
+        )
         if any("±" in cell for row in head.table.rows for cell in row):
-            say_marked("", "±: twice the deviation by chance, as of another mesh or another seed")
+            terminal.say_marked(
+                "", "±: twice the deviation by chance, as of another mesh or another seed"
+            )
     for sentence in head.given_up:
         click.echo(f"  better elsewhere: {sentence}")
     for sentence in head.warnings:
@@ -187,4 +186,4 @@ def _show_designs(found: Comparison, best: Recommendation) -> None:
     ]
     if rows:
         of = f" ({len(rows)} of {len(table.rows)})" if len(table.rows) > len(rows) else ""
-        print_table(f"Designs{of}", headings, rows, WIDTH)
+        terminal.print_table(f"Designs{of}", headings, rows, terminal.WIDTH)

@@ -52,19 +52,11 @@ from fingerdesign.search.run.run import (
 from fingerdesign.search.study.file import Study, parse_study
 from fingerdesign.search.study.variants import base_design, number_of_points, variants
 from fingerdesign.studio.document import edited_text
+from fingerdesign_cli import terminal
 from fingerdesign_cli.analyse import Products, answer_of
 from fingerdesign_cli.inputs import GOES_ON, interrupted, refuse_foreign
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.studies.progress import FAILURE_WORDS, SearchProgress, StudyProgress, line
-from fingerdesign_cli.terminal import (
-    as_json,
-    open_page,
-    print_table,
-    progress,
-    quiet,
-    say,
-    say_block,
-)
 
 _SHOWN = 12  # Changed keys in the terminal; the page has all.
 _MADE_BY, _SCHEMA = "# Made by `fingerdesign optimise", "#:schema"
@@ -75,13 +67,13 @@ def _say_end(kinds: Mapping[str, int], target: Path) -> None:
     """Say where the report is or, with --quiet, how many variants failed; open the report."""
     page, every = target / "report.html", sum(kinds.values())
     failures = every - kinds.get("ok", 0)
-    if as_json():
+    if terminal.as_json():
         pass
-    elif not quiet():
+    elif not terminal.quiet():
         click.echo(f"report: {page}")
     elif failures:
         click.echo(f"{failures} of {every} failed: causes in {_causes(target)}", err=True)
-    open_page(page)
+    terminal.open_page(page)
 
 
 def _causes(target: Path) -> Path:
@@ -151,7 +143,7 @@ def optimise(
     journal, at = journal_path(target.absolute()), Cluster(setting.workers, setting.scheduler)
     with (
         Trials(study, search.base, journal) as trials_on_disk,  # locked till the folder is written
-        progress(study.name, not as_json()) as show,
+        terminal.progress(study.name, not terminal.as_json()) as show,
         at as cluster,
     ):
         report = SearchProgress(StudyProgress(show, cluster), len(search.scenes))
@@ -168,13 +160,13 @@ def optimise(
         with SEARCH_FOLDER.written(target) as aside:
             write_optimised(aside, found, text)
     outcomes = [o for each in tried for o in each.outcomes]
-    if as_json():
+    if terminal.as_json():
         line({"folder": str(target), **found.data()})
-    elif not quiet():
+    elif not terminal.quiet():
         for sentence in (*found.sentences(), *verdict(found)):
             click.echo(sentence)
         for table in tables(found):
-            print_table(table.caption, table.columns, table.rows)
+            terminal.print_table(table.caption, table.columns, table.rows)
     _say_end(kinds_of([*outcomes, *found.again]), target)
     return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1
 
@@ -201,7 +193,7 @@ def optimise_design(
 
     try:
         with (
-            progress(design.design.name, not as_json()) as show,
+            terminal.progress(design.design.name, not terminal.as_json()) as show,
             Cluster(setting.workers, setting.scheduler) as cluster,
         ):
             evaluated = evaluated_by(cluster, setting.retry)
@@ -221,7 +213,7 @@ def optimise_design(
         raise
     write_page(page, design, found)
     _say_found(found, design, target, file, page)
-    open_page(page)
+    terminal.open_page(page)
     return 0 if found.passes else 1
 
 
@@ -264,28 +256,28 @@ def _named(design: Design, name: str) -> Design:
 def _say_found(found: Found, design: Design, target: Path, file: Path, page: Path) -> None:
     best = found.best
     changes = {} if best is None else changes_between(design, best.design)
-    if as_json():
+    if terminal.as_json():
         paths = {"design": str(file), "folder": str(target), "page": str(page)}
         line(
             {**_found_data(found), **paths, "changes": {k: new for k, (_, new) in changes.items()}}
         )
         return
-    if quiet():
+    if terminal.quiet():
         return
     if best is not None and best.result is not None:
         # What a fix would change, the search has tried; it proposes no second search.
-        say_block(replace(verdict_view(best.result, str(file)), fixes=()), target)
+        terminal.say_block(replace(verdict_view(best.result, str(file)), fixes=()), target)
     for words in filter(None, (found.given_up, found.conflict, found.note)):
-        say(words)
+        terminal.say(words)
     for key, (old, new) in [*changes.items()][:_SHOWN]:
-        say(f"  {key} = {new}" + ("" if old is None else f"   (was {old})"))
+        terminal.say(f"  {key} = {new}" + ("" if old is None else f"   (was {old})"))
     if len(changes) > _SHOWN:
-        say(f"  and {len(changes) - _SHOWN} more keys")
+        terminal.say(f"  and {len(changes) - _SHOWN} more keys")
     if best is not None:
-        say(f"design: {file}")
-    say(f"search: {page}")
+        terminal.say(f"design: {file}")
+    terminal.say(f"search: {page}")
     if found.passes:
-        say(
+        terminal.say(
             f"next: fingerdesign mold {shlex.quote(str(file))} (can it be cast, and sense as cast?)"
         )
 
@@ -323,7 +315,7 @@ def sweep(study_file: Path, out: Path, shard: str | None, setting: Setting) -> i
     scenes = study_scenes(study, folder)
     plan = planned(study, variants(study, base_design(study, folder), part), scenes)
     most = len(range(part[0], number_of_points(study) + 1, part[1])) * len(scenes)
-    with progress(study.name, not as_json()) as show:
+    with terminal.progress(study.name, not terminal.as_json()) as show:
         with ExitStack() as stack:
             cluster = stack.enter_context(Cluster(setting.workers, setting.scheduler))
             look, store = StudyProgress(show, cluster), Store()
@@ -339,9 +331,9 @@ def sweep(study_file: Path, out: Path, shard: str | None, setting: Setting) -> i
             with FOLDER.written(target) as aside:
                 compared = write_study(aside, study, outcomes, text)
             kinds = kinds_of(outcomes)
-    if as_json():
+    if terminal.as_json():
         line({"folder": str(target), **_counts(kinds, look.last)})
-    elif not quiet():
+    elif not terminal.quiet():
         _show(compared, kinds, look.last, target)
     _say_end(kinds, target)
     # Shards beyond the last variant have nothing to do, and fail nothing.
