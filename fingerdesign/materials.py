@@ -162,10 +162,8 @@ EXPANSION: dict[str, tuple[float, str]] = {
 
 
 def disagreement_of(name: str, youngs_modulus_MPa: float) -> str | None:
-    """Describe the disagreement of a library material's sources, if it is more than a quarter.
-
-    None where they agree, or the modulus is not the library's.
-    """
+    """Describe the disagreement of a library material's sources, if it is more than a quarter. None
+    where they agree, or the modulus is not the library's."""
     known = MATERIALS.get(name)
     if (
         known is None

@@ -54,10 +54,8 @@ def analyse(
 
 
 def run(case: Case, report: Report = lambda message: None, clock: Clock | None = None) -> Analysis:
-    """Everything between a design and its report, timed by ``clock``.
-
-    Raises DesignError for a wrong input, another FingerDesignError where a stage fails.
-    """
+    """Everything between a design and its report, timed by ``clock``. Raises DesignError for a
+    wrong input, another FingerDesignError where a stage fails."""
     refuse(case, case.path_scene)
     work = Work(with_estimator(case, report), clock or Clock(), report)
     sections = start_sections(work.case)  # on the core that meshing leaves idle

@@ -28,10 +28,8 @@ from fingerdesign.arrays import Array, IntArray
 
 @dataclass(frozen=True)
 class SurfaceQuadrature:
-    """Points on the exact contact surface and the weights phi_i(x_q) w_q / a_i of each node.
-
-    points (q, dim) mm; node, point, weight (entries,): the weights of a node sum to 1.
-    """
+    """Points on the exact contact surface and the weights phi_i(x_q) w_q / a_i of each node. points
+    (q, dim) mm; node, point, weight (entries,): the weights of a node sum to 1."""
 
     points: Array
     node: IntArray

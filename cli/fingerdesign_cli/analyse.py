@@ -93,10 +93,8 @@ class Lift(Options):
     scene_file: Path | None
 
     def surface(self) -> SceneObject | None:
-        """The object of the scene's file, whose friction the grips meet.
-
-        UsageError with --friction too, DesignError for an object that is no level plane.
-        """
+        """The object of the scene's file, whose friction the grips meet. UsageError with --friction
+        too, DesignError for an object that is no level plane."""
         if self.scene_file is None:
             return None
         if self.frictions:

@@ -171,9 +171,7 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
 
 def _impossible(study: Study, base: Design) -> str:
     """Count, of a few variants at random, those that cannot exist, with the chief reason; or "".
-
-    Raises DesignError where all were tried and none of them can.
-    """
+    Raises DesignError where all were tried and none of them can."""
     from fingerdesign.search.study.generate import reasons
     from fingerdesign.search.study.variants import number_of_points, points, variant_of
 

@@ -26,10 +26,8 @@ GOES_ON = "finished work is stored: run the same command to go on"
 
 
 def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design, Scene | None]:
-    """Return a design and a scene, each of a file or shipped under that name.
-
-    Raises :class:`DesignError` with every fault of both and of the one against the other.
-    """
+    """Return a design and a scene, each of a file or shipped under that name. Raises
+    :class:`DesignError` with every fault of both and of the one against the other."""
     scene, wrong = (None, None) if scene_name is None else judged_scene(scene_name)
     found, error = judged_design(design_name, scene)
     if wrong or error or found is None or found.value is None:
@@ -124,9 +122,7 @@ def _say_unused(design: Design, fidelity: str | None) -> None:
 @contextmanager
 def naming_out(target: Path, what: str, option: str = "--out") -> Iterator[None]:
     """DesignError that names the option for a ResultError of the block: ``target`` is in the way.
-
-    --out is the folder above it, any other option the target itself.
-    """
+    --out is the folder above it, any other option the target itself."""
     try:
         yield
     except ResultError as error:

@@ -146,9 +146,7 @@ class Group(click.Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Take this group's own options from anywhere in front of ``--``: every command has them.
-
-        ``--version`` and ``--help`` stay where they are.
-        """
+        ``--version`` and ``--help`` stay where they are."""
         end = args.index("--") if "--" in args else len(args)
         own = {
             name: 1 if option.is_flag else 2
@@ -312,10 +310,8 @@ def design_and_out(folder: str = "") -> Callable[[_Command], _Command]:
 
 
 def folder_option(name: str = "") -> Callable[[_Command], _Command]:
-    """``--out`` (``folder``): the very folder that is written into, without it OUT/name.
-
-    name: empty where it is the design's; ``folder`` is then None unless it is given.
-    """
+    """``--out`` (``folder``): the very folder that is written into, without it OUT/name. name:
+    empty where it is the design's; ``folder`` is then None unless it is given."""
     return click.option(
         "--out",
         "folder",

@@ -48,10 +48,8 @@ def _refuse_taken(port: int) -> None:
 
 
 async def _until_interrupted(session: Session, port: int, ready: Callable[[str], None]) -> None:
-    """Serve; a signal ends it between two pieces of the server's work, and not inside one.
-
-    Raises KeyboardInterrupt where it was ended.
-    """
+    """Serve; a signal ends it between two pieces of the server's work, and not inside one. Raises
+    KeyboardInterrupt where it was ended."""
     loop, task = asyncio.get_running_loop(), asyncio.current_task()
     assert task is not None
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -58,9 +58,7 @@ def degrade_signs() -> None:
 @contextmanager
 def progress(title: str, shown: bool = True) -> Iterator[Progress]:
     """Show progress on stderr: a bar on a terminal, plain lines elsewhere; nothing with --quiet.
-
-    stdout stays free for results. A plain line is written when the message changes.
-    """
+    stdout stays free for results. A plain line is written when the message changes."""
     if quiet() or not shown:
         yield silent
     elif sys.stderr.isatty():
@@ -106,10 +104,8 @@ class _Pace:
             self.fraction, self.left_s, self.reported = fraction, left_s, time.monotonic()
 
     def now(self) -> tuple[float | None, float | None]:
-        """Fraction and seconds left; by the forecast where there is one, else by the pace so far.
-
-        A stage that takes longer than its forecast holds the bar just before its end.
-        """
+        """Fraction and seconds left; by the forecast where there is one, else by the pace so far. A
+        stage that takes longer than its forecast holds the bar just before its end."""
         since = time.monotonic() - self.reported
         if self.fraction is None:
             return None, None
@@ -275,10 +271,8 @@ def say_done(facts: dict[str, Any], words: str, page: Path | None = None) -> int
 
 
 def open_page(page: Path) -> None:
-    """Open a page or a picture in the browser where ``--open`` wants it and it is there.
-
-    Without a browser a line on stderr names the page.
-    """
+    """Open a page or a picture in the browser where ``--open`` wants it and it is there. Without a
+    browser a line on stderr names the page."""
     if not (opens() and page.is_file()):
         return
     try:
@@ -357,9 +351,7 @@ def _fitting(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[lis
 
 def _widths(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[int]:
     """Characters of each column in a table of ``WIDTH``: no word is broken while there is room.
-
-    What room is left goes to whatever column lacks most of being as wide as its longest cell.
-    """
+    What room is left goes to whatever column lacks most of being as wide as its longest cell."""
     columns = list(zip(headings, *rows, strict=True))
     longest = [max(len(cell) for cell in column) for column in columns]
     widths = [min(_least(column), WIDTH - 4) for column in columns]

@@ -189,9 +189,7 @@ class HardwareTable(Table):
 
     def gains(self, plates: Sequence[int]) -> Array:
         """Reading per true strain (g,) of the gages of these plates: 1 but for the spread, 0 dead.
-
-        A plate's gain is its own, whichever other gages there are.
-        """
+        A plate's gain is its own, whichever other gages there are."""
         gains = np.ones(len(plates))
         if self.gain_spread > 0.0:  # a generator a plate takes as long as a step of a grip
             draws = [stream(self.specimen, "gage gain", p).standard_normal() for p in plates]

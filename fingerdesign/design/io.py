@@ -126,10 +126,8 @@ def judge_scene(text: str, source: str = "") -> Judged[Scene]:
 
 
 def parse_scene(text: str, source: str = "") -> Scene:
-    """Return the scene of TOML ``text``; ``source`` names it in the faults.
-
-    Raises :class:`DesignError` with every fault found.
-    """
+    """Return the scene of TOML ``text``; ``source`` names it in the faults. Raises
+    :class:`DesignError` with every fault found."""
     return judge_scene(text, source).sound(source)
 
 

@@ -205,10 +205,8 @@ class Design(Whole):
         return hash(self.digest())
 
     def digest(self) -> str:
-        """SHA-256 of what analyses see, in hexadecimal; not of formatting, comments or ``mold``.
-
-        A gage counts by its factor and by what it stiffens its plate, whatever name it has.
-        """
+        """SHA-256 of what analyses see, in hexadecimal; not of formatting, comments or ``mold``. A
+        gage counts by its factor and by what it stiffens its plate, whatever name it has."""
         stiff, type_ = None, self.gage_type
         if type_ is not None and type_.stiffness:
             size = type_.carrier(self.gages.length_mm, self.gages.width_mm)
@@ -253,10 +251,8 @@ def _by_hardness(given: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def unknown_materials(design: Any) -> Iterator[PydanticCustomError]:
-    """A refusal for each part whose material is neither known nor in [materials].
-
-    design: a :class:`Design`, or a file's raw table whatever is in it.
-    """
+    """A refusal for each part whose material is neither known nor in [materials]. design: a
+    :class:`Design`, or a file's raw table whatever is in it."""
     given = _part(design, "materials")
     known = {*MATERIALS, *(given if isinstance(given, Mapping) else ())}
     body = _part(design, "body")

@@ -75,17 +75,13 @@ def shipped_path(name: str) -> Path:
 
 def load_scene(file_or_name: str | Path) -> Scene:
     """Return the scene of a file, or the shipped one of that name where there is no such file.
-
-    Raises :class:`DesignError` with every fault of the file.
-    """
+    Raises :class:`DesignError` with every fault of the file."""
     return parse_scene(file_text(file_or_name, "scene"), str(file_or_name))
 
 
 def file_text(file_or_name: str | Path, kind: str = "design") -> str:
-    """Return the text of a design's or scene's file, or of the shipped one of that name.
-
-    A file comes first; of a folder of that name (a result's) no design can be read.
-    """
+    """Return the text of a design's or scene's file, or of the shipped one of that name. A file
+    comes first; of a folder of that name (a result's) no design can be read."""
     path, known = Path(file_or_name), shipped_names(kind)
     if not path.is_file() and str(path) in known:
         return shipped_text(str(path), kind)

@@ -71,9 +71,7 @@ def starter_scene_text(source: str | None = None) -> str:
 
 def starter_study_text(name: str, source: str | None = None) -> str:
     """Return a commented study file called ``name``; with ``source`` a copy of a shipped study.
-
-    DesignError where ``source`` is unknown.
-    """
+    DesignError where ``source`` is unknown."""
     starter = resources.files("fingerdesign") / "data" / STUDY_FILE
     text = starter.read_text("utf-8") if source is None else shipped_text(source, "study")
     return _renamed(text, name)

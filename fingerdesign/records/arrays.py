@@ -247,9 +247,7 @@ def write_packed(path: Path, value: Any) -> None:
 
 def read_packed(path: Path, *kinds: type) -> Any:
     """Read the value that :func:`write_packed` wrote; of ``kinds`` alone, so a file runs no code.
-
-    Raises ResultError where it is not there, or is not of these.
-    """
+    Raises ResultError where it is not there, or is not of these."""
     try:
         _refuse_bomb(path)
         with path.open("rb") as file, np.load(file, allow_pickle=False) as data:

@@ -96,10 +96,8 @@ def values_of(kind: type, *sources: object, **given: Any) -> dict[str, Any]:
 
 
 def plain(value: Any, key: str = "", decimals: int | None = None) -> Any:
-    """The value in JSON's own types, floats rounded to ``decimals`` where these are given.
-
-    Raises ResultError for what is no finite number, naming its key.
-    """
+    """The value in JSON's own types, floats rounded to ``decimals`` where these are given. Raises
+    ResultError for what is no finite number, naming its key."""
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
     if is_dataclass(value) and not isinstance(value, type):

@@ -44,20 +44,16 @@ def _cell(value: Any) -> Any:
 
 
 def metrics_at(path: Path, metrics: Sequence[str]) -> tuple[Array, BoolArray]:
-    """Metrics of every row (rows, metrics), NaN where one has none; and which rows are good.
-
-    Raises ColumnError for what is no such file.
-    """
+    """Metrics of every row (rows, metrics), NaN where one has none; and which rows are good. Raises
+    ColumnError for what is no such file."""
     rows = read_columns(path, ["status", *(METRIC + name for name in metrics)])
     table = np.array([row[1:] for row in rows], dtype=float).reshape(len(rows), len(metrics))
     return table, np.array([row[0] == "ok" for row in rows], dtype=bool)
 
 
 def outcomes_at(path: Path, rows: Sequence[int]) -> tuple[Outcome, ...]:
-    """The outcomes of some rows, numbered from 0, in their order; what columns hold of them.
-
-    Raises ColumnError for what is no such file.
-    """
+    """The outcomes of some rows, numbered from 0, in their order; what columns hold of them. Raises
+    ColumnError for what is no such file."""
     return tuple(map(_outcome, read_rows(path, rows)))
 
 

@@ -203,10 +203,8 @@ def _refuse_unequal(outcome: Outcome) -> None:
 
 
 def designs_csv(outcomes: Sequence[Outcome]) -> str:
-    """A row an outcome, in order: facts, studied values by their keys, metrics, validity, work.
-
-    A metric that has the name of a fact of the work (core_seconds) is written once, as the fact.
-    """
+    """A row an outcome, in order: facts, studied values by their keys, metrics, validity, work. A
+    metric that has the name of a fact of the work (core_seconds) is written once, as the fact."""
     keys = dict.fromkeys(chain.from_iterable(each.values for each in outcomes))
     metrics = dict.fromkeys(chain.from_iterable(each.metrics for each in outcomes))
     names = [name for name in metrics if name not in _WORK]

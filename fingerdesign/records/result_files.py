@@ -32,10 +32,8 @@ def write_result_files(folder: Path, result: Result, grip_traces: Iterable[GripT
 
 
 def read_result(folder: Path | str) -> Result:
-    """The result in a folder (or at the path of its result.json).
-
-    Raises ResultError when there is none, DesignError when the file is not a result.
-    """
+    """The result in a folder (or at the path of its result.json). Raises ResultError when there is
+    none, DesignError when the file is not a result."""
     path = Path(folder)
     path = path / RESULT_FILE if path.is_dir() else path
     if path.exists() and not path.is_file():  # a pipe or a device may never end
@@ -51,10 +49,8 @@ def read_result(folder: Path | str) -> Result:
 
 
 def write_history_csv(path: Path, result: Result) -> None:
-    """A row an increment; units in the column names; empty where there is no value.
-
-    Readout points are numbered from 1 in the scene's order; xy, xz and yz are engineering shear.
-    """
+    """A row an increment; units in the column names; empty where there is no value. Readout points
+    are numbered from 1 in the scene's order; xy, xz and yz are engineering shear."""
     names = [item.name for item in dataclasses.fields(IncrementResult)]
     names = [name for name in names if name not in ("gages", "points")]
 

@@ -117,10 +117,8 @@ class Cache:
                 old.unlink(missing_ok=True)
 
     def text(self, name: str, younger_than_s: float | None = None) -> str | None:
-        """Read the text of a name; None: nothing, a garbled one, or one that is too old.
-
-        OSError where it is there and cannot be read.
-        """
+        """Read the text of a name; None: nothing, a garbled one, or one that is too old. OSError
+        where it is there and cannot be read."""
         path = self.path(name)
         try:
             if younger_than_s is not None:
@@ -158,9 +156,7 @@ class Cache:
         self, name: str, arrays: Mapping[str, NDArray[Any]], about: Any, packed: bool = True
     ) -> bool:
         """Keep arrays, and plain values about them; False where the folder cannot be written.
-
-        packed: compressed, which pays for what is not random in its last digits.
-        """
+        packed: compressed, which pays for what is not random in its last digits."""
         import numpy as np
 
         content = io.BytesIO()

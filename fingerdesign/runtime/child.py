@@ -61,10 +61,8 @@ def die_with_parent() -> None:
 
 
 def load_vtk_later() -> None:
-    """Load the 150 modules of `vtk` when a name of it is first used.
-
-    CadQuery imports `vtk` and uses no name of it: half of its loading, 1 s of each process.
-    """
+    """Load the 150 modules of `vtk` when a name of it is first used. CadQuery imports `vtk` and
+    uses no name of it: half of its loading, 1 s of each process."""
     later = ModuleType("vtk")
 
     def load(name: str) -> Any:

@@ -105,10 +105,8 @@ def whole_file(path: Path | str) -> Iterator[Path]:
 
 
 def write_whole(path: Path | str, content: str | bytes, durable: bool = False) -> Path:
-    """Write a file whole or not at all; a text as UTF-8 with its line ends as they are.
-
-    durable: it is on the disk before it takes its place. Returns the path.
-    """
+    """Write a file whole or not at all; a text as UTF-8 with its line ends as they are. durable: it
+    is on the disk before it takes its place. Returns the path."""
     path = Path(path)
     data = content.encode() if isinstance(content, str) else content
     with whole_file(path) as aside, aside.open("xb") as stream:
@@ -154,11 +152,8 @@ def whole_text(path: Path | str, encoding: str = "utf-8", most: int = MOST_BYTES
 
 
 def whole_content(path: Path | str, most: int) -> bytes:
-    """A file's bytes.
-
-    OSError, of which ``strerror`` gives the reason, also for a pipe or a device, which may never
-    end, and for more than ``most`` bytes.
-    """
+    """A file's bytes. OSError, of which ``strerror`` gives the reason, also for a pipe or a device,
+    which may never end, and for more than ``most`` bytes."""
     path = Path(path)
     if path.exists() and not path.is_file() and not path.is_dir():
         raise OSError(errno.EINVAL, "it is no ordinary file and may never end", str(path))
@@ -177,10 +172,8 @@ def move_into(folder: Path, files: Iterable[Path]) -> None:
 
 
 def take_place(aside: Path, target: Path) -> None:
-    """Rename a folder; the older one is deleted only once the new one is in its place.
-
-    OSError where that fails; its message says where the older folder is, if not in its place.
-    """
+    """Rename a folder; the older one is deleted only once the new one is in its place. OSError
+    where that fails; its message says where the older folder is, if not in its place."""
     older = sibling(target, "older")
     try:
         if target.is_dir():
@@ -198,11 +191,8 @@ def take_place(aside: Path, target: Path) -> None:
 
 @contextmanager
 def locked(path: Path, wait: bool = True) -> Iterator[None]:
-    """Hold the lock file ``path``, which goes at the end; it ends with the process.
-
-    BusyError where another process holds it and ``wait`` is False. A file system without locks is
-    no hindrance.
-    """
+    """Hold the lock file ``path``, which goes at the end; it ends with the process. BusyError where
+    another process holds it and ``wait`` is False. A file system without locks is no hindrance."""
     try:
         stream = _lock(path, wait)
     except BusyError:

@@ -168,11 +168,8 @@ class Worker:
         memory_MB: float | None = None,
         **named: Any,
     ) -> Any:
-        """``function(*shared, *given, **named)`` there.
-
-        Raises ProcessError (the next call gets a new process) and what ``function`` raises of this
-        package's errors.
-        """
+        """``function(*shared, *given, **named)`` there. Raises ProcessError (the next call gets a
+        new process) and what ``function`` raises of this package's errors."""
         request = _request(function, given, named)
         before = self._process if self._calls > 0 else None
         try:

@@ -32,10 +32,8 @@ class JournalError(FingerDesignError):
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Keep other processes from the journal ``path``, from its reading to its removal.
-
-    JournalError where another process holds it, or its folder cannot be made.
-    """
+    """Keep other processes from the journal ``path``, from its reading to its removal. JournalError
+    where another process holds it, or its folder cannot be made."""
     with ExitStack() as stack:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -21,10 +21,8 @@ _Made = TypeVar("_Made", bound=type[Any])
 
 
 def key(default: Any, description: str, **bounds: float) -> Any:
-    """A key of a kind's TOML table, as a field of a plain frozen dataclass.
-
-    bounds: gt, ge, lt or le, in the key's unit. The design's strict table is made from it.
-    """
+    """A key of a kind's TOML table, as a field of a plain frozen dataclass. bounds: gt, ge, lt or
+    le, in the key's unit. The design's strict table is made from it."""
     return field(default=default, metadata={"description": description, **bounds})
 
 
@@ -87,10 +85,8 @@ class Registry:
     def kind(
         self, name: str, *, place: int = LAST, table: type | None = None
     ) -> Callable[[_Made], _Made]:
-        """Register a class under a name; an instance of it answers for the kind.
-
-        table: a dataclass of the keys that it alone has.
-        """
+        """Register a class under a name; an instance of it answers for the kind. table: a dataclass
+        of the keys that it alone has."""
 
         def register(made: _Made) -> _Made:
             self.add(Kind(name=name, place=place, table=table, table_name=name, made=made()))

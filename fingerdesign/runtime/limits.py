@@ -38,10 +38,8 @@ def limited(
     memory_MB: float | None = None,
     end: Callable[[], None] | None = None,
 ) -> Iterator[None]:
-    """Interrupt the block where it takes longer, or more memory. end: instead of interrupting.
-
-    The block is to be in the main thread.
-    """
+    """Interrupt the block where it takes longer, or more memory. end: instead of interrupting. The
+    block is to be in the main thread."""
     over = threading.Event()
     given = (time_s, memory_MB, over, end or _interrupt)
     watch = threading.Thread(target=_watch, args=given, daemon=True)
@@ -82,10 +80,8 @@ def _interrupt() -> None:
 
 
 def family_memory_MB(leader: int) -> float:
-    """Resident memory of a process and of all that it has started, MB.
-
-    Not its address space: MKL and the CAD kernel reserve what they never touch.
-    """
+    """Resident memory of a process and of all that it has started, MB. Not its address space: MKL
+    and the CAD kernel reserve what they never touch."""
     import psutil
 
     total = 0

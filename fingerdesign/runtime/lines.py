@@ -68,10 +68,8 @@ class LineProgram:
 
 
 def _read(stream: IO[bytes], lines: queue.SimpleQueue[bytes]) -> None:
-    """Hand on lines; an empty one at the end, and for a line that does not end.
-
-    The stream is closed here alone: closed by another thread, a read of it may fail.
-    """
+    """Hand on lines; an empty one at the end, and for a line that does not end. The stream is
+    closed here alone: closed by another thread, a read of it may fail."""
     with stream:
         while line := stream.readline(_MOST_BYTES):
             if not line.endswith(b"\n"):

@@ -62,10 +62,8 @@ def peak_memory_MB() -> float:
 
 
 def largest_memory_MB() -> float:
-    """Largest resident memory of this process or of one that it started, since they began.
-
-    Not by the system's count of this process, which begins with what its parent had.
-    """
+    """Largest resident memory of this process or of one that it started, since they began. Not by
+    the system's count of this process, which begins with what its parent had."""
     return max(_own_peak_MB(), _largest_MB(children=True))
 
 

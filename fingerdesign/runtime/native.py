@@ -63,10 +63,8 @@ def _is_whole(path: Path, digest: str | None) -> bool:
 
 
 def made_library(source: Path, flags: tuple[str, ...] = ()) -> bytes | None:
-    """Compile a C file with the first compiler that is found; None without one.
-
-    flags: added to, and after, the usual ones.
-    """
+    """Compile a C file with the first compiler that is found; None without one. flags: added to,
+    and after, the usual ones."""
     compiler = next(filter(None, map(shutil.which, _COMPILERS)), None)
     if compiler is None:
         return None

@@ -58,9 +58,7 @@ class Pool:
 
     def as_done(self, function: Callable[[Item], Found], items: Iterable[Item]) -> Iterator[Found]:
         """Return each item's answer of ``function``, a thread's, in the order in which they come.
-
-        It runs in a thread of this process, and has its work done by :meth:`call`.
-        """
+        It runs in a thread of this process, and has its work done by :meth:`call`."""
         source, running = iter(items), set[Future[Found]]()
         while True:
             for item in source:

@@ -22,9 +22,7 @@ class Progress(Protocol):
 @dataclass(frozen=True)
 class ForecastProgress:
     """Adds to a message the fraction of the forecast time that is over, and the seconds left.
-
-    forecast: seconds by stage; done: stages that have ended, filled while the work goes on.
-    """
+    forecast: seconds by stage; done: stages that have ended, filled while the work goes on."""
 
     show: Progress
     forecast: Mapping[str, float]

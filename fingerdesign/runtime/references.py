@@ -81,10 +81,8 @@ def referred(name: str, key: str) -> Any:
 
 @cache
 def load_plugins() -> None:
-    """Import, once, every module that an entry point of ``fingerdesign.plugins`` names.
-
-    One that fails is named in a warning, and the rest is loaded.
-    """
+    """Import, once, every module that an entry point of ``fingerdesign.plugins`` names. One that
+    fails is named in a warning, and the rest is loaded."""
     for point in entry_points(group=PLUGINS):
         try:
             point.load()

@@ -49,10 +49,8 @@ REGISTRIES = (CONTROLLERS, SCENE_OBJECTS, BODIES, PLATE_LAYOUTS, MESHERS)
 
 @contextlib.contextmanager
 def code_allowed(*references: str) -> Iterator[None]:
-    """Permit references as :func:`allow_code` does, within the block.
-
-    What is imported in the block stays permitted.
-    """
+    """Permit references as :func:`allow_code` does, within the block. What is imported in the block
+    stays permitted."""
     before = os.environ.get(ALLOWED, "")
     allow_code(*references)
     try:

@@ -112,10 +112,8 @@ def duration(seconds: float) -> str:
 
 
 def reported(standing: Standing) -> dict[str, Any]:
-    """A standing with an outcome, for scripts.
-
-    done, of: outcomes at hand, and of how many; number: the variant's, None for the reference.
-    """
+    """A standing with an outcome, for scripts. done, of: outcomes at hand, and of how many; number:
+    the variant's, None for the reference."""
     outcome = standing.outcome
     assert outcome is not None
     failure = outcome.failure
