@@ -122,16 +122,9 @@ class SlipStudy:
 
     def __post_init__(self) -> None:
         k, g = len(self.stick_ratio), len(self.gage_x_mm)
-        _require_shapes(
-            self,
-            stick_length_mm=(k,),
-            gage_area_raw_mm=(k,),
-            gage_area_mm=(k,),
-            response_raw=(k, g),
-            response=(k, g),
-            tangential_force=(k,),
-            normal_force=(k,),
-        )
+        forces = ("tangential_force", "normal_force")
+        names = ("stick_length_mm", "gage_area_raw_mm", "gage_area_mm", *forces)
+        _require_shapes(self, **dict.fromkeys(names, (k,)), response_raw=(k, g), response=(k, g))
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,12 +177,9 @@ class GripTrace:
 
     def until(self, steps: int) -> GripTrace:
         """The first ``steps`` of it."""
-        whole = len(self.approach)
         values = ((each.name, getattr(self, each.name)) for each in fields(self))
         arrays = {name: value for name, value in values if isinstance(value, np.ndarray)}
-        assert all(len(value) == whole for value in arrays.values())
-        cut: dict[str, Any] = {name: value[:steps] for name, value in arrays.items()}
-        return replace(self, **cut)
+        return replace(self, **{name: value[:steps] for name, value in arrays.items()})
 
     @property
     def limit(self) -> Array:

@@ -13,13 +13,10 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.records.outcome import Failure, Outcome, Validity
+from fingerdesign.records.outcome import CHECKS, OWN, WORK, Failure, Outcome, Validity
 from fingerdesign.runtime.columns import read_columns, read_rows
 
-_OWN = ("name", "digest", "scene", "fidelity", "status")
-_WORK = ("seconds", "core_seconds", "peak_memory_MB")
-_CHECKS = ("plane_strain_error", "mesh_error")
-FACTS = (*_OWN, "failure_kind", "failure", *_CHECKS, *_WORK)
+FACTS = (*OWN, "failure_kind", "failure", *CHECKS, *WORK)
 VALUE, METRIC = "value ", "metric "
 MOST_FAILURE = 400  # characters of a failure's sentence
 
@@ -28,8 +25,8 @@ def row_of(outcome: Outcome) -> dict[str, Any]:
     """The row of an outcome."""
     failure = outcome.failure
     return {
-        **{name: getattr(outcome, name) for name in (*_OWN, *_WORK)},
-        **{name: getattr(outcome.validity, name) for name in _CHECKS},
+        **{name: getattr(outcome, name) for name in (*OWN, *WORK)},
+        **{name: getattr(outcome.validity, name) for name in CHECKS},
         "failure_kind": None if failure is None else failure.kind,
         "failure": None if failure is None else failure.sentence[:MOST_FAILURE],
         **{VALUE + key: _cell(value) for key, value in outcome.values.items()},
@@ -62,7 +59,7 @@ def _outcome(row: dict[str, Any]) -> Outcome:
     metrics = {k.removeprefix(METRIC): v for k, v in row.items() if k.startswith(METRIC)}
     kind = row["failure_kind"]
     return Outcome(
-        **{name: row[name] for name in (*_OWN, *_WORK)},
+        **{name: row[name] for name in (*OWN, *WORK)},
         values={
             key: json.loads(value) if isinstance(value, str) else value
             for key, value in values.items()
@@ -71,5 +68,5 @@ def _outcome(row: dict[str, Any]) -> Outcome:
         design={},
         failure=None if kind is None else Failure(kind, row["failure"]),
         metrics=metrics if row["status"] == "ok" else {},
-        validity=Validity(*(row[name] for name in _CHECKS)),
+        validity=Validity(*(row[name] for name in CHECKS)),
     )

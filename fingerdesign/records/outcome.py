@@ -19,8 +19,9 @@ SCHEMA_VERSION = 1
 _DEEPEST = 30  # of tables in tables; designs are 4 deep
 MOST = 1e30  # of any number's size: sums and squares of what is shown stay finite
 # Columns of the CSV files: facts of an outcome and of its work, and the path of its scene.
-_FACTS = ("name", "digest", "scene", "fidelity", "status")
-_WORK = ("seconds", "core_seconds", "peak_memory_MB")
+OWN = ("name", "digest", "scene", "fidelity", "status")
+WORK = ("seconds", "core_seconds", "peak_memory_MB")
+CHECKS = ("plane_strain_error", "mesh_error")
 _PATH = (
     *("approach_mm", "shear_mm", "normal_force_N", "tangential_force_N", "stick_ratio"),
     "contact_width_mm",
@@ -207,17 +208,17 @@ def designs_csv(outcomes: Sequence[Outcome]) -> str:
     metric that has the name of a fact of the work (core_seconds) is written once, as the fact."""
     keys = dict.fromkeys(chain.from_iterable(each.values for each in outcomes))
     metrics = dict.fromkeys(chain.from_iterable(each.metrics for each in outcomes))
-    names = [name for name in metrics if name not in _WORK]
-    checks = [name for name in ("plane_strain_error", "mesh_error") if name not in metrics]
-    header = [*_FACTS, "failure_kind", "failure", *keys, *names, *checks, *_WORK]
+    names = [name for name in metrics if name not in WORK]
+    checks = [name for name in CHECKS if name not in metrics]
+    header = [*OWN, "failure_kind", "failure", *keys, *names, *checks, *WORK]
     rows = (
         [
-            *attrgetter(*_FACTS)(outcome),
+            *attrgetter(*OWN)(outcome),
             *(vars(outcome.failure).values() if outcome.failure else ("", "")),
             *map(outcome.values.get, keys),
             *map(outcome.metrics.get, names),
             *(getattr(outcome.validity, name) for name in checks),
-            *attrgetter(*_WORK)(outcome),
+            *attrgetter(*WORK)(outcome),
         ]
         for outcome in outcomes
     )

@@ -27,18 +27,8 @@ from fingerdesign.runtime.kinds import LAST, Kind, Registry, key, own_values, un
 from fingerdesign.runtime.references import REFERENCE, allow_code, is_reference, load_plugins
 
 # Modules that register kinds, and plug-ins, import these from here.
-__all__ = [
-    "LAST",
-    "REFERENCE",
-    "Kind",
-    "Registry",
-    "allow_code",
-    "is_reference",
-    "key",
-    "load_plugins",
-    "own_values",
-    "unknown_name",
-]
+__all__ = ["LAST", "REFERENCE", "Kind", "Registry", "allow_code", "is_reference"]
+__all__ += ["key", "load_plugins", "own_values", "unknown_name"]
 CONTROLLERS = Registry("controller", "fingerdesign.control.controllers", "controller")
 SCENE_OBJECTS = Registry("scene object", "fingerdesign.shapes", "scene_object")
 BODIES = Registry("body", "fingerdesign.layout", "body")

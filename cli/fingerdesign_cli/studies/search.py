@@ -22,6 +22,7 @@ from fingerdesign.records.result import Result
 from fingerdesign.records.result_files import RESULTS
 from fingerdesign.runtime.extras import needs
 from fingerdesign.runtime.files import write_whole
+from fingerdesign.runtime.progress import silent
 from fingerdesign.search.compare.folder import FOLDER, kinds_of, write_large_study, write_study
 from fingerdesign.search.compare.large import COLUMNS_FILE, MANY
 from fingerdesign.search.compare.read import Comparison
@@ -184,9 +185,9 @@ def optimise_design(
     space_of(design, freedom)  # Refuses unknown keys before processes start.
     text = _text_for(design_file, out)
 
-    def confirm(found: Design) -> Result:
+    def confirm(found: Design, files: bool = False) -> Result:
         case = Case(_named(found, name), mesh_error=True)
-        return answer_of(case, out, _silent, Products(False, False, False))
+        return answer_of(case, out, silent, Products(files, files, fresh=False))
 
     def improved(found: Candidate) -> None:
         write_whole(file, edited_text(text, design, _named(found.design, name), out))
@@ -202,11 +203,8 @@ def optimise_design(
             if found.best is not None:
                 improved(found.best)
                 if found.best.result is not None:
-                    best = _named(found.best.design, name)
                     show("writing the report")
-                    answer_of(
-                        Case(best, mesh_error=True), out, _silent, Products(True, True, False)
-                    )
+                    confirm(found.best.design, files=True)
     except SearchStopped as stopped:
         write_page(page, design, stopped.found)
         _say_found(stopped.found, design, target, file, page)
@@ -215,10 +213,6 @@ def optimise_design(
     _say_found(found, design, target, file, page)
     terminal.open_page(page)
     return 0 if found.passes else 1
-
-
-def _silent(message: str, fraction: float | None = None, left_s: float | None = None) -> None:
-    """Report nothing: the search tells what it does."""
 
 
 def _text_for(design_file: Path, out: Path) -> str:
