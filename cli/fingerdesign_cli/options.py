@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from difflib import get_close_matches
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
@@ -329,7 +330,10 @@ def estimator_option(about: str) -> Callable[[_Command], _Command]:
     return click.option("--estimator", "estimator_file", metavar="FILE", type=FILE, help=about)
 
 
-def scene_option(about: str) -> Callable[[_Command], _Command]:
+def scene_option(
+    about: str = "In this scene (a file, or a shipped scene's name); without it, the fundamental "
+    "case.",
+) -> Callable[[_Command], _Command]:
     """``--scene`` (``scene_file``): a scene's file, or a shipped one's name."""
     return click.option("--scene", "scene_file", metavar="SCENE", type=SCENE, help=about)
 
@@ -379,6 +383,7 @@ json_option = _context_flag(JSON, "Print JSON on stdout.", "--json", "as_json")
 quiet_option = _context_flag(QUIET, "Print only failures.", "--quiet", "-q")
 output_options = together(quiet_option, json_option)
 open_option = _context_flag(OPEN, "Open what was made in the browser.", "--open")
+page_options = together(open_option, output_options)
 details_option = _context_flag(DETAILS, "Print every finding, warning and table.", "--details")
 result_options = together(
     click.option("--page/--no-page", default=None, help=f"Draw report.html.{_WHEN}"),
@@ -408,20 +413,19 @@ def _imported(
     return value
 
 
-controller_option = click.option(
+_controller = partial(
+    click.option,
     "--controller",
     metavar="NAME",
     callback=_imported,
     shell_complete=complete_controller,
-    help="Instead of grip.controller; package.module:Class is one of yours.",
 )
-controllers_option = click.option(
-    "--controller",
+controller_option = _controller(
+    help="Instead of grip.controller; package.module:Class is one of yours."
+)
+controllers_option = _controller(
     "controllers",
-    metavar="NAME",
     multiple=True,
-    callback=_imported,
-    shell_complete=complete_controller,
     help="This controller alone; may be given again. "
     f"One of: {', '.join(CONTROLLER_NAMES)}; a plug-in's; or package.module:Class of yours.",
 )

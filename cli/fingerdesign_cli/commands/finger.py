@@ -118,8 +118,7 @@ def mesh() -> None:
 @options.go_on_option
 @options.result_options
 @options.details_option
-@options.open_option
-@options.output_options
+@options.page_options
 def analyse() -> None:
     """Analyse each DESIGN: contact, gages, grips, and a result in OUT/NAME.
 
@@ -152,9 +151,7 @@ def studio() -> None:
 
 @options.command("validate", "What each modelling assumption costs, and saves.")
 @options.design_and_out("validate")
-@options.scene_option(
-    "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
-)
+@options.scene_option()
 @click.option(
     "--deep", is_flag=True, help="Finite strain in three dimensions too: minutes, not seconds."
 )
@@ -174,8 +171,7 @@ def studio() -> None:
 @click.option("--grips", type=int, help="With --gages: grips to learn from.  [default: 600]")
 @options.workers_option
 @options.fidelity_option("plane-strain")
-@options.open_option
-@options.output_options
+@options.page_options
 def validate() -> None:
     """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves.
 
@@ -193,9 +189,7 @@ def validate() -> None:
 
 @options.command("mold", "Spread of fingers as cast; what to tighten first.")
 @options.design_and_out("tolerance")
-@options.scene_option(
-    "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
-)
+@options.scene_option()
 @options.fidelity_option("plane-strain")
 @click.option(
     "--yield-within",
@@ -205,8 +199,7 @@ def validate() -> None:
     help="Also mesh and lift fingers as cast, until the yield is known to within so many points.",
 )
 @options.workers_option
-@options.open_option
-@options.output_options
+@options.page_options
 def tolerance() -> None:
     """Report the spread of fingers that are cast as DESIGN, by one analysis and its derivatives.
 
@@ -325,8 +318,7 @@ def generate() -> None:
     help="Every N-th variant from the I-th, into OUT/NAME.I-of-N; compare OUT joins them.",
 )
 @study_fidelity_option
-@options.open_option
-@options.output_options
+@options.page_options
 def sweep() -> None:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them.
 
@@ -366,8 +358,7 @@ def sweep() -> None:
 @options.scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed for time, memory or a crash.")
 @study_fidelity_option
-@options.open_option
-@options.output_options
+@options.page_options
 def optimise() -> None:
     """Search from DESIGN for a finger that passes all verdicts of `analyse`.
 
@@ -412,8 +403,7 @@ def optimise() -> None:
     is_flag=True,
     help="Work out what results of analyse lack: stick_error, cost and what others have.",
 )
-@options.open_option
-@options.output_options
+@options.page_options
 def compare() -> None:
     """Compare the designs of every RESULT on one page that opens offline.
 

@@ -51,8 +51,7 @@ def _new_folder(
 @options.go_on_option
 @options.result_options
 @options.details_option
-@options.open_option
-@options.output_options
+@options.page_options
 def grip() -> None:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.
 
@@ -117,8 +116,7 @@ def train() -> None:
     help="For a trace: terms of the relaxation (Prony series).  [default: by Schwarz's criterion]",
 )
 @options.model_option
-@options.open_option
-@options.output_options
+@options.page_options
 def identify() -> None:
     """Find hidden values of the one finger that was cast by DESIGN, by least squares.
 
