@@ -23,15 +23,7 @@ from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.records.result_files import RESULTS
 from fingerdesign.runtime.progress import Progress
-from fingerdesign_cli import terminal
-from fingerdesign_cli.inputs import (
-    all_sound,
-    collected,
-    estimator_for,
-    folders_above,
-    read_case,
-    refuse_foreign,
-)
+from fingerdesign_cli import inputs, terminal
 from fingerdesign_cli.options import Options
 
 # The columns of the table of grips; those without any value are left out.
@@ -144,7 +136,7 @@ def answer_of(case: Case, out: Path, show: Progress, products: Products) -> Resu
         return found
     from fingerdesign.pipeline import analyse_into
 
-    with folders_above(out / case.design.design.name):
+    with inputs.folders_above(out / case.design.design.name):
         return analyse_into(case, out, show, page, cad, fresh=True)
 
 
@@ -153,20 +145,20 @@ def _read(designs: tuple[Path, ...], run: Run, out: Path, fresh: bool) -> list[C
     wrong: list[DesignError] = []
     cases: list[Case] = []
     scene = None
-    with collected(wrong):
+    with inputs.collected(wrong):
         scene = None if run.scene_file is None else load_scene(run.scene_file)
     for path in designs:
-        with collected(wrong):
+        with inputs.collected(wrong):
             cases.append(run.case(load_design(path), scene))
             if cases[-1].runs_grips:
                 hand, fidelity = cases[-1].design.grip.controller, cases[-1].fidelity
-                estimator_for(cases[-1].design, None, fidelity, [hand])
+                inputs.estimator_for(cases[-1].design, None, fidelity, [hand])
     for case in cases:
-        with collected(wrong):
+        with inputs.collected(wrong):
             if fresh or not is_cached(case):
                 _refuse_impossible(case)
-        with collected(wrong):
-            refuse_foreign(RESULTS, out / case.design.design.name)
+        with inputs.collected(wrong):
+            inputs.refuse_foreign(RESULTS, out / case.design.design.name)
     counts = Counter(case.design.design.name for case in cases)
     remedy = "rename: it names the folder"
     faults = [
@@ -240,15 +232,15 @@ def grip(
     products: Products,
 ) -> int:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient."""
-    design, _ = read_case(design_file)
-    all_sound(partial(_with_options, design, lift.given()), lift.surface)
+    design, _ = inputs.read_case(design_file)
+    inputs.all_sound(partial(_with_options, design, lift.given()), lift.surface)
     design, surface = _with_options(design, lift.given()), lift.surface()
     _refuse_relaxing(design, surface)
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
-    refuse_foreign(RESULTS, out / design.design.name)
-    estimator = estimator_for(design, estimator_file, fidelity, [design.grip.controller])
+    inputs.refuse_foreign(RESULTS, out / design.design.name)
+    estimator = inputs.estimator_for(design, estimator_file, fidelity, [design.grip.controller])
     with terminal.progress(design.design.name) as show:
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator, surface=surface)
         result = answer_of(case, out, show, products)

@@ -20,13 +20,7 @@ from types import FrameType
 import click
 
 import fingerdesign
-from fingerdesign.errors import (
-    DesignError,
-    FingerDesignError,
-    FormerKeyWarning,
-    PluginWarning,
-    printable,
-)
+from fingerdesign import errors
 from fingerdesign.runtime.files import is_full
 from fingerdesign.runtime.limits import forget, reached
 from fingerdesign_cli.commands import finger, hand
@@ -99,7 +93,7 @@ def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
         error.show(text)
         _say(text.getvalue().rstrip("\n"))
         return error.exit_code
-    if isinstance(error, DesignError):
+    if isinstance(error, errors.DesignError):
         _say(str(error))
         return BAD_INPUT
     if isinstance(error, BrokenPipeError):  # nobody reads our output: `fingerdesign ... | head`
@@ -117,7 +111,7 @@ def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
         stopped = error.__cause__ if isinstance(error, click.Abort) else error
         stored = str(stopped) if isinstance(stopped, KeyboardInterrupt) else ""
         return _interrupted(stored or "finished work is stored")
-    if isinstance(error, FingerDesignError):
+    if isinstance(error, errors.FingerDesignError):
         _say(f"failed: {error}")
         return FAILED
     return _unexpected(error, keep)
@@ -125,7 +119,7 @@ def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
 
 def _say(text: str) -> None:
     """Print a failure: whatever a file or an argument holds, the terminal obeys none of it."""
-    click.echo(printable(text), err=True)
+    click.echo(errors.printable(text), err=True)
 
 
 def _warned(
@@ -136,8 +130,8 @@ def _warned(
     line: str | None = None,
 ) -> str:
     """A warning's text: a plug-in's sentence alone, any other as Python has it."""
-    if issubclass(category, PluginWarning | FormerKeyWarning):
-        return printable(f"{message}\n")
+    if issubclass(category, errors.PluginWarning | errors.FormerKeyWarning):
+        return errors.printable(f"{message}\n")
     return _FORMATTED(message, category, filename, lineno, line)
 
 

@@ -22,17 +22,8 @@ from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.progress import Report
+from fingerdesign.sensing.identify import bench_report, trace_report
 from fingerdesign.sensing.identify.bench import simulated_bench
-from fingerdesign.sensing.identify.bench_report import (
-    CALIBRATION,
-    ESTIMATOR_FILE,
-    FITTED_FILE,
-    MEASURED,
-    CalibratedFinger,
-    calibrated_finger,
-    write_calibration,
-    write_measured,
-)
 from fingerdesign.sensing.identify.latents import PRIOR
 from fingerdesign.sensing.identify.simulated_trace import (
     SIMULATED,
@@ -42,12 +33,6 @@ from fingerdesign.sensing.identify.simulated_trace import (
 )
 from fingerdesign.sensing.identify.trace_fit import identified
 from fingerdesign.sensing.identify.trace_page import value_table, write_identification
-from fingerdesign.sensing.identify.trace_report import (
-    DESIGN_FILE,
-    IDENTIFICATION,
-    PAGE_FILE,
-    IdentificationData,
-)
 from fingerdesign.sensing.model import grip_problem, gripped_case
 from fingerdesign.sensing.train.estimator import TrainingResult
 from fingerdesign_cli.inputs import GOES_ON, estimator_for, interrupted, read_case, recorded
@@ -301,26 +286,26 @@ def _refuse_options(fitted: Fitted, simulated: Simulated) -> None:
 def _identify_bench(
     design: Design, source: Path, estimator: GripEstimator | None, fidelity: str, target: Path
 ) -> int:
-    with recorded(CALIBRATION, target) as (folder, show):
-        found = calibrated_finger(design, source, estimator, fidelity, show)
+    with recorded(bench_report.CALIBRATION, target) as (folder, show):
+        found = bench_report.calibrated_finger(design, source, estimator, fidelity, show)
         show("writing", 1.0)
-        write_calibration(found, folder)
+        bench_report.write_calibration(found, folder)
     return say_result(lambda: plain(found.data), lambda: _show_fit(found, target))
 
 
 def _simulate_bench(design: Design, simulated: Simulated, fidelity: str, target: Path) -> int:
     faults, seed = simulated.faults or _DRAWN, simulated.seed
-    with recorded(MEASURED, target) as (folder, show):
+    with recorded(bench_report.MEASURED, target) as (folder, show):
         show("simulating the bench")
         bench = simulated_bench(design, faults, seed, fidelity)
-        write_measured(bench, folder)
+        bench_report.write_measured(bench, folder)
     names = [phase.name for phase in bench.phases]
     about = {"faults": list(faults), "seed": seed, "lean_deg": bench.lean_deg}
     words = f"{target}: {TABLE} and {len(names)} traces; drawn.toml is the finger drawn"
     return say_done({"design": design.design.name, **about, "traces": names}, words)
 
 
-def _show_fit(found: CalibratedFinger, folder: Path) -> None:
+def _show_fit(found: bench_report.CalibratedFinger, folder: Path) -> None:
     data, fit = found.data, found.fit
     rows = []
     for kind, before in PRIOR.items():
@@ -340,9 +325,9 @@ def _show_fit(found: CalibratedFinger, folder: Path) -> None:
     click.echo(f"readings off by {words}")
     for warning in data.warnings:
         say(f"warning: {warning}")
-    written = f"{folder / FITTED_FILE} is this finger"
+    written = f"{folder / bench_report.FITTED_FILE} is this finger"
     if found.estimator is not None:
-        written = f"{folder / ESTIMATOR_FILE} is for it; {written}"
+        written = f"{folder / bench_report.ESTIMATOR_FILE} is for it; {written}"
     click.echo(f"delay: {data.delay_samples} samples; {written}")
 
 
@@ -351,11 +336,12 @@ def _identify_trace(
 ) -> int:
     gripped_case(design, fidelity)
     trace = read_trace(source, len(gage_array(design)))
-    with recorded(IDENTIFICATION, target) as (folder, show):
+    with recorded(trace_report.IDENTIFICATION, target) as (folder, show):
         found = identified(design, trace, str(source), fidelity, terms, show)
         show("writing", 1.0)
         data = write_identification(found, source.name, folder)
-    return say_result(lambda: plain(data), lambda: _show_values(data, target), target / PAGE_FILE)
+    page = target / trace_report.PAGE_FILE
+    return say_result(lambda: plain(data), lambda: _show_values(data, target), page)
 
 
 def _simulate_trace(design: Design, seed: int, fidelity: str, target: Path) -> int:
@@ -368,7 +354,7 @@ def _simulate_trace(design: Design, seed: int, fidelity: str, target: Path) -> i
     return say_done({"design": design.design.name, "seed": seed, "rows": len(made.trace)}, words)
 
 
-def _show_values(data: IdentificationData, folder: Path) -> None:
+def _show_values(data: trace_report.IdentificationData, folder: Path) -> None:
     table = value_table(data, gages=False)
     print_table(f"{data.design}: values from {data.trace}", table.columns, table.rows)
     for warning in data.warnings:
@@ -376,4 +362,5 @@ def _show_values(data: IdentificationData, folder: Path) -> None:
     if data.next_motion is not None:
         of = data.next_motion.of.replace("_", " ")
         click.echo(f"next: {data.next_motion.words}; it would narrow {of} most")
-    click.echo(f"{folder / PAGE_FILE}; the design with these values: {folder / DESIGN_FILE}")
+    page, file = folder / trace_report.PAGE_FILE, folder / trace_report.DESIGN_FILE
+    click.echo(f"{page}; the design with these values: {file}")

@@ -9,16 +9,11 @@ import click
 
 from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.runtime.progress import Progress
+from fingerdesign.search.study import variants
 from fingerdesign.search.study.file import Study, read_study
 from fingerdesign.search.study.generate import Made, reasons, refuse_foreign
 from fingerdesign.search.study.generate import generate as write_variants
-from fingerdesign.search.study.variants import (
-    Variant,
-    base_design,
-    number_of_points,
-    points,
-    variant_of,
-)
+from fingerdesign.search.study.variants import Variant
 from fingerdesign_cli.inputs import GOES_ON, interrupted, naming_out
 from fingerdesign_cli.studies.progress import line
 from fingerdesign_cli.terminal import as_json, print_table, progress, quiet
@@ -28,14 +23,14 @@ _SHOWN = 20  # invalid variants, and kinds of reasons, that are shown one by one
 
 def _chosen(study: Study, base: Any, only: tuple[int, ...]) -> tuple[int, Iterator[Variant]]:
     """Return the number of the variants of some numbers, or of all, and these variants."""
-    every = number_of_points(study)
+    every = variants.number_of_points(study)
     absent = [number for number in only if number > every]
     if absent:
         raise click.UsageError(f"--only = {absent[0]}: must be at most {every}")
     digits, requested = max(4, len(str(every))), set(only) or range(1, every + 1)
     return len(requested), (
-        variant_of(study, base, number, values, digits)
-        for number, values in enumerate(points(study), start=1)
+        variants.variant_of(study, base, number, values, digits)
+        for number, values in enumerate(variants.points(study), start=1)
         if number in requested
     )
 
@@ -46,7 +41,7 @@ def generate(
 ) -> int:
     """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME."""
     study = read_study(study_file)
-    base = base_design(study, study_file.parent)
+    base = variants.base_design(study, study_file.parent)
     target = out / study.name
     with naming_out(target, f"variants of {study.name}"):
         refuse_foreign(study, target)

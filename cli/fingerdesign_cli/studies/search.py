@@ -39,17 +39,8 @@ from fingerdesign.search.passing.front import GOALS
 from fingerdesign.search.passing.page import write_page
 from fingerdesign.search.passing.passing import Callbacks, evaluated_by, search_passing
 from fingerdesign.search.passing.space import changes_between, space_of
+from fingerdesign.search.run import run
 from fingerdesign.search.run.cluster import Cluster
-from fingerdesign.search.run.run import (
-    TRANSIENT,
-    Planned,
-    Standing,
-    Store,
-    planned,
-    run_in_parts,
-    run_jobs,
-    study_scenes,
-)
 from fingerdesign.search.study.file import Study, parse_study
 from fingerdesign.search.study.variants import base_design, number_of_points, variants
 from fingerdesign.studio.document import edited_text
@@ -139,8 +130,8 @@ def optimise(
     refuse_aimless(study)
     target = out / study.name
     refuse_foreign(SEARCH_FOLDER, target)
-    search = Search(study, base_design(study, folder), study_scenes(study, folder))
-    store = Store()
+    search = Search(study, base_design(study, folder), run.study_scenes(study, folder))
+    store = run.Store()
     journal, at = journal_path(target.absolute()), Cluster(setting.workers, setting.scheduler)
     with (
         Trials(study, search.base, journal) as trials_on_disk,  # locked till the folder is written
@@ -149,9 +140,9 @@ def optimise(
     ):
         report = SearchProgress(StudyProgress(show, cluster), len(search.scenes))
 
-        def evaluated(plan: Sequence[Planned]) -> tuple[Outcome, ...]:
+        def evaluated(plan: Sequence[run.Planned]) -> tuple[Outcome, ...]:
             limits, retry = study.limits, setting.retry
-            return run_jobs(plan, store, cluster, limits, report.standing, retry=retry)
+            return run.run_jobs(plan, store, cluster, limits, report.standing, retry=retry)
 
         batch = max(BATCH, setting.workers or 0)
         tried = searched(search, trials_on_disk, evaluated, trials, batch, report.trials)
@@ -306,20 +297,20 @@ def sweep(study_file: Path, out: Path, shard: str | None, setting: Setting) -> i
     target = out / (study.name if shard is None else f"{study.name}.{part[0]}-of-{part[1]}")
     refuse_foreign(FOLDER, target)
     _warn_of_another(target, text)
-    scenes = study_scenes(study, folder)
-    plan = planned(study, variants(study, base_design(study, folder), part), scenes)
+    scenes = run.study_scenes(study, folder)
+    plan = run.planned(study, variants(study, base_design(study, folder), part), scenes)
     most = len(range(part[0], number_of_points(study) + 1, part[1])) * len(scenes)
     with terminal.progress(study.name, not terminal.as_json()) as show:
         with ExitStack() as stack:
             cluster = stack.enter_context(Cluster(setting.workers, setting.scheduler))
-            look, store = StudyProgress(show, cluster), Store()
+            look, store = StudyProgress(show, cluster), run.Store()
             limits, retry = study.limits, setting.retry
             if most > MANY:
                 aside = stack.enter_context(FOLDER.written(target))
-                found = run_in_parts(plan, most, store, cluster, limits, look, retry=retry)
+                found = run.run_in_parts(plan, most, store, cluster, limits, look, retry=retry)
                 compared, kinds = write_large_study(aside, study, found, text)
             else:
-                outcomes = run_jobs(list(plan), store, cluster, limits, look, retry=retry)
+                outcomes = run.run_jobs(list(plan), store, cluster, limits, look, retry=retry)
         if most <= MANY:
             show("writing the report", 1.0)
             with FOLDER.written(target) as aside:
@@ -347,7 +338,7 @@ def shard_of(text: str) -> tuple[int, int]:
     return part
 
 
-def _counts(kinds: Mapping[str, int], last: Standing | None) -> dict[str, object]:
+def _counts(kinds: Mapping[str, int], last: run.Standing | None) -> dict[str, object]:
     """Counts of a study's outcomes, for scripts."""
     failed = {kind: number for kind, number in sorted(kinds.items()) if kind != "ok"}
     return {
@@ -360,7 +351,9 @@ def _counts(kinds: Mapping[str, int], last: Standing | None) -> dict[str, object
     }
 
 
-def _show(found: Comparison, every: Mapping[str, int], last: Standing | None, target: Path) -> None:
+def _show(
+    found: Comparison, every: Mapping[str, int], last: run.Standing | None, target: Path
+) -> None:
     facts = found.facts
     best = recommend(found.outcomes, facts.objectives, facts.constraints)
     head = summary(found.outcomes, facts, best)
@@ -371,7 +364,7 @@ def _show(found: Comparison, every: Mapping[str, int], last: Standing | None, ta
     if kinds:
         reported = ", ".join(f"{number} {FAILURE_WORDS[kind]}" for kind, number in kinds.items())
         click.echo(f"failed: {reported}; causes in {_causes(target)}")
-    if set(kinds) & set(TRANSIENT):
+    if set(kinds) & set(run.TRANSIENT):
         click.echo("--retry runs these again, with the limits that the study has now")
     if counts["computed"] == 0 and counts["from_store"]:
         click.echo("nothing was computed: every outcome was in the store")
