@@ -74,8 +74,8 @@ def judged_design(
     both = [DesignError(found.faults, str(name))]
     if scene is not None and scene.value is not None and found.value is not None:
         both.append(DesignError(scene_faults(scene.value, found.value), f"{name} (scene)"))
-    error = DesignError.together(both)
-    return found, error if error.faults else None
+    together = DesignError.together(both)
+    return found, together if together.faults else None
 
 
 def estimator_for(

@@ -178,8 +178,9 @@ class GripTrace:
     def until(self, steps: int) -> GripTrace:
         """The first ``steps`` of it."""
         values = ((each.name, getattr(self, each.name)) for each in fields(self))
-        arrays = {name: value for name, value in values if isinstance(value, np.ndarray)}
-        return replace(self, **{name: value[:steps] for name, value in arrays.items()})
+        arrays = (item for item in values if isinstance(item[1], np.ndarray))
+        cut: dict[str, Any] = {name: value[:steps] for name, value in arrays}
+        return replace(self, **cut)
 
     @property
     def limit(self) -> Array:

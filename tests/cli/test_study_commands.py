@@ -139,7 +139,7 @@ def test_an_interruption_names_what_goes_on(command, study, out, terminal, own_c
     def stopped(*given, **named):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("fingerdesign_cli.studies.search.run_jobs", stopped)
+    monkeypatch.setattr("fingerdesign.search.run.run.run_jobs", stopped)
     study.write_text(TEXT + '[[objectives]]\nmetric = "cost"\n')
     err = terminal(command, study, "--out", out, code=130).err
     assert "interrupted; finished work is stored: run the same command to go on" in err
