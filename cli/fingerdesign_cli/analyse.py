@@ -62,16 +62,10 @@ class Run(Options):
         """The analysis of a design in the scene of the file."""
         if self.mesher is not None:
             design = with_values(design, {"mesh.mesher": self.mesher})
-        name = "" if self.scene_file is None else self.scene_file.stem
+        name, model = "" if self.scene_file is None else self.scene_file.stem, self.model()
         tolerance = TOLERANCE if self.accuracy is None else self.accuracy
         return Case(
-            design,
-            scene,
-            self.model(),
-            name,
-            go_on=self.go_on,
-            tolerance=tolerance,
-            mesh_error=True,
+            design, scene, model, name, go_on=self.go_on, tolerance=tolerance, mesh_error=True
         )
 
 

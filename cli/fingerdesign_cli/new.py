@@ -134,7 +134,6 @@ def _wrong_name(file: Path) -> str:
 
 
 def _refuse(file: Path, force: bool) -> None:
-    """Raise a usage error for a file that cannot or must not be written."""
     if wrong := _wrong_name(file):
         raise click.UsageError(f"FILE = {file}: {wrong}")
     if file.exists() and not file.is_file():
@@ -184,7 +183,6 @@ def _say(entry: Entry, request: Request, file: Path, made: str) -> int:
 
 
 def _text(name: str, source: str | None, form: Kind) -> str:
-    """Return the starter's text."""
     if form.scene:
         return starter.starter_scene_text(source)
     if form.study:

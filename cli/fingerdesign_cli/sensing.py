@@ -263,7 +263,6 @@ def identify(
 
 
 def _refuse_options(fitted: Fitted, simulated: Simulated) -> None:
-    """Raise UsageError for options that have no meaning together."""
     simulate, bench = simulated.simulate, fitted.is_bench
     measured, trace = bench and not simulate, not bench and not simulate
     rules = (

@@ -36,7 +36,6 @@ def studio(design_file: Path | None, port: int, no_open: bool) -> int:
 
 
 def _refuse_taken(port: int) -> None:
-    """A usage error for a port that cannot be listened to."""
     with socket.socket() as probe:
         if sys.platform != "win32":  # there it would allow a port that is taken
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -92,7 +92,6 @@ class Axes(Options):
         return replace(grid, **changes, seed=seed, tug=tug)
 
     def _refuse_perturbed(self) -> None:
-        """Raise DesignError for options that belong to perturbed fingers."""
         needs = {"--fault": self.faults, "--plants": self.plants, "--lifts": self.lifts}
         bound, remedy = "given with --perturbed alone", "add --perturbed, or leave it out"
         shown = {k: v if isinstance(v, int) else " ".join(v) for k, v in needs.items() if v}

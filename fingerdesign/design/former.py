@@ -43,7 +43,6 @@ def with_current_keys(data: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _former(key: str, value: Any) -> bool:
-    """Tell whether a key's value is a former word."""
     return isinstance(value, str) and value in WORDS[key]
 
 

@@ -78,7 +78,6 @@ def _line_of(why: str, text: str) -> str:
 
 
 def _refuse_large(data: dict[str, Any], source: str) -> None:
-    """Raise DesignError for too many or too deep keys."""
     level: list[Any] = [data]
     keys, depth = 0, 0
     while level and depth <= MAX_DEPTH and keys <= MAX_KEYS:

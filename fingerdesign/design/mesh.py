@@ -64,7 +64,6 @@ class MeshOptions(Table):
     section: SectionMesh = Field(default_factory=SectionMesh)
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
-        """A file where none is read, or none where one is."""
         if self.mesher == "file" and self.file is None:
             bound = "given where mesh.mesher = 'file'"
             yield refuse_key(self, "mesh.file", bound, "add it: the mesh's file")

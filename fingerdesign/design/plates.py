@@ -138,7 +138,6 @@ class Plates(Table):
     )
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
-        """Keys that do not go together."""
         if self.placement is not None and self.rows:
             yield refuse(
                 f"{len(self.rows)} rows",

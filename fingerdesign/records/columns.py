@@ -55,16 +55,16 @@ def outcomes_at(path: Path, rows: Sequence[int]) -> tuple[Outcome, ...]:
 
 
 def _outcome(row: dict[str, Any]) -> Outcome:
-    values = {k.removeprefix(VALUE): v for k, v in row.items() if k.startswith(VALUE)}
+    values = {
+        key.removeprefix(VALUE): json.loads(value) if isinstance(value, str) else value
+        for key, value in row.items()
+        if key.startswith(VALUE) and value is not None
+    }
     metrics = {k.removeprefix(METRIC): v for k, v in row.items() if k.startswith(METRIC)}
     kind = row["failure_kind"]
     return Outcome(
         **{name: row[name] for name in (*OWN, *WORK)},
-        values={
-            key: json.loads(value) if isinstance(value, str) else value
-            for key, value in values.items()
-            if value is not None
-        },
+        values=values,
         design={},
         failure=None if kind is None else Failure(kind, row["failure"]),
         metrics=metrics if row["status"] == "ok" else {},

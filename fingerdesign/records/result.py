@@ -479,7 +479,6 @@ class Result:
 
 
 def _fault(item: Any) -> Fault:
-    """One of pydantic's errors as a fault."""
     bounds = {"missing": "present", "unexpected_keyword_argument": "a key of this schema version"}
     value = "{...}" if isinstance(item["input"], dict | list) else item["input"]
     value = "nothing" if item["type"] == "missing" else value

@@ -229,7 +229,6 @@ class Worker:
         return limit, float("inf") if limit is None else since + limit - time.monotonic()
 
     def _next(self, memory_MB: float | None) -> tuple[str, Any]:
-        """The next message of the process."""
         process = self._process
         if process is None:
             raise ProcessError("crashed", "its process is gone")

@@ -87,7 +87,6 @@ class Pool:
             worker.kill()
 
     def _worker(self) -> Worker:
-        """This thread's."""
         worker: Worker | None = getattr(self._own, "worker", None)
         if worker is None:
             worker = self._own.worker = self._make()

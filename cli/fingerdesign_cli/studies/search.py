@@ -69,7 +69,6 @@ def _say_end(kinds: Mapping[str, int], target: Path) -> None:
 
 
 def _causes(target: Path) -> Path:
-    """The file that holds the causes of failures."""
     table = target / "failures.csv"
     return table if table.is_file() else target / COLUMNS_FILE
 
@@ -233,7 +232,6 @@ def _refuse_in_the_way(design_file: Path, out: Path, *written: Path) -> None:
 
 
 def _named(design: Design, name: str) -> Design:
-    """The design with another name."""
     own = design.design.model_copy(update={"name": name})
     return design.model_copy(update={"design": own})
 
