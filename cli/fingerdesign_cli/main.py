@@ -91,35 +91,33 @@ def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
     if isinstance(error, click.ClickException):
         text = StringIO()
         error.show(text)
-        _say(text.getvalue().rstrip("\n"))
-        return error.exit_code
+        return _failure(text.getvalue().rstrip("\n"), error.exit_code)
     if isinstance(error, errors.DesignError):
-        _say(str(error))
-        return BAD_INPUT
+        return _failure(str(error), BAD_INPUT)
     if isinstance(error, BrokenPipeError):  # nobody reads our output: `fingerdesign ... | head`
         sys.stdout = None
         return FAILED
     if isinstance(error, OSError) and error.errno == errno.ENAMETOOLONG:
-        _say(f"{str(error.filename)[:60]}... is too long for the name of a file")
-        return BAD_INPUT
+        name = str(error.filename)[:60]
+        return _failure(f"{name}... is too long for the name of a file", BAD_INPUT)
     if isinstance(error, OSError):
         remedy = "; free space there, or write to another disk" if is_full(error) else ""
-        _say(f"failed: {error}{remedy}")
-        return FAILED
+        return _failure(f"failed: {error}{remedy}")
     if _end_requested or isinstance(error, click.Abort | KeyboardInterrupt):
         # An extension that was loading makes an ImportError of a signal.
         stopped = error.__cause__ if isinstance(error, click.Abort) else error
         stored = str(stopped) if isinstance(stopped, KeyboardInterrupt) else ""
         return _interrupted(stored or "finished work is stored")
     if isinstance(error, errors.FingerDesignError):
-        _say(f"failed: {error}")
-        return FAILED
+        return _failure(f"failed: {error}")
     return _unexpected(error, keep)
 
 
-def _say(text: str) -> None:
-    """Print a failure: whatever a file or an argument holds, the terminal obeys none of it."""
+def _failure(text: str, code: int = FAILED) -> int:
+    """Print a failure: whatever a file or an argument holds, the terminal obeys none of it. The
+    exit code."""
     click.echo(errors.printable(text), err=True)
+    return code
 
 
 def _warned(
@@ -139,15 +137,13 @@ def _interrupted(stored: str) -> int:
     """Say so; stored: what becomes of the work."""
     if limit := reached():  # of memory as much is needed again, of time what is left
         more = "; raise it" if "--memory-limit" in limit else ""
-        _say(f"stopped: {limit}{more}; {stored}")
-        return FAILED
-    click.echo(f"interrupted; {stored}", err=True)
-    return INTERRUPTED
+        return _failure(f"stopped: {limit}{more}; {stored}")
+    return _failure(f"interrupted; {stored}", INTERRUPTED)
 
 
 def _unexpected(error: Exception, keep: bool) -> int:
     """Report a defect of the program in one line; with ``keep`` its traceback goes to a file."""
-    _say(f"unexpected {type(error).__name__}: {error}")
+    _failure(f"unexpected {type(error).__name__}: {error}")
     if keep:
         from tempfile import NamedTemporaryFile
 

@@ -49,10 +49,8 @@ def mold(design_file: Path, out: Path, profile: Path | None, instead: Instead) -
     nothing = interrupted("nothing of the mold is stored")
     with nothing, folders_above(out / name), terminal.progress(name) as show:
         report = write_mold(design, out / name, show)
-    page = out / name / "report.html"
-    terminal.say_result(
-        lambda: report, lambda: _show(report, out / name, cautions_of(design)), page
-    )
+    page, general = out / name / "report.html", cautions_of(design)
+    terminal.say_result(lambda: report, lambda: _show(report, out / name, general), page)
     if report["failure"] is None:
         return 0
     for line in (report["failure"], *_failed(report)):
