@@ -158,12 +158,17 @@ def _reach(
         found = trial or found
         return trial
 
-    touch = max(0.0, float(problem.gap0.min()))
-    softest = float(problem.self_compliance.max()) / problem.model.symmetry_factor
     try:
-        rising_root(inside, target, touch + 0.1 * softest * target, touch, softest)
+        rising_root(inside, target, *_start(problem, target))
     except SolverError:
         if not outside or found is None:
             raise
     assert found is not None  # A root was evaluated.
     return found
+
+
+def _start(problem: ContactProblem, tangential: float) -> tuple[float, float, float]:
+    """For rising_root: an approach to begin at, that of the touch (mm), and the softest (mm/N)."""
+    touch = max(0.0, float(problem.gap0.min()))
+    softest = float(problem.self_compliance.max()) / problem.model.symmetry_factor
+    return touch + 0.1 * softest * tangential, touch, softest

@@ -28,7 +28,7 @@ def refuse(case: Case, scene: Scene) -> None:
     A design changed by ``model_copy`` was judged by nothing: its geometry is judged here. What is
     sound but too large for this machine's memory is refused too, unless ``case.go_on``.
     """
-    faults = design_faults(case.design) or impossible(case, scene)
+    faults = impossible(case, scene) or design_faults(case.design)
     if not faults and case.fidelity != "auto" and not case.go_on:
         faults = memory_faults(case)
     if faults:
