@@ -8,6 +8,7 @@ Simulators take the convex hull of a collision mesh, so the hull is what is writ
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree as xml
 
 import numpy as np
 
@@ -21,13 +22,15 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.mold.solids import hull_of
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.report.page import macros
-from fingerdesign.robots.flex import Flex, flex_of
+from fingerdesign.robots.flex import PINNED, Flex, flex_of
 from fingerdesign.robots.rigid import RigidBody, densities, rigid_body, triangles_of
 
 COLLISION = "collision"
+COLOURS = {"body": "0.80 0.84 0.88 1", "plates": "0.72 0.45 0.20 1", "core": "0.93 0.90 0.80 1"}
 FLEX_MM = (0.2, 20.0)  # At 0.2 a finger has a quarter of a million tetrahedra, and loads in 3 s.
-_TEMPLATE = Path(__file__).parent / "templates" / "finger.xml.j2"
+_SITE_M = 0.0002
+_MOMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))  # places of an inertia's numbers
+_DAMPING_s = 0.0005  # Of the flex, Rayleigh's: it damps a swing of 100 Hz by a sixth.
 FOLDERS = {
     "xml": RecordFolder("MuJoCo model", "finger.xml", ("finger.xml", "*.stl")),
     "urdf": RecordFolder("robot description", "finger.urdf", ("finger.urdf", "*.stl")),
@@ -115,13 +118,76 @@ def _site(frame: PlateFrame, across: float) -> GageSite:
 
 def mjcf(finger: Description) -> str:
     """Write the finger as a MuJoCo model: a body without joints, to be attached to a hand's."""
-    return str(macros(_TEMPLATE).mjcf(finger, _numbers))
+    root = xml.Element("mujoco", model=finger.name)
+    xml.SubElement(root, "compiler", angle="radian")
+    if finger.flex is not None:
+        xml.SubElement(root, "option", integrator="discrete")
+    asset = xml.SubElement(root, "asset")
+    body = xml.SubElement(xml.SubElement(root, "worldbody"), "body", name=finger.name)
+    if (rigid := finger.rigid) is not None:
+        full = _numbers([rigid.inertia[place] for place in _MOMENTS])
+        about = {"pos": _numbers(rigid.centre), "mass": f"{rigid.mass:.9g}", "fullinertia": full}
+        xml.SubElement(body, "inertial", about)
+    if finger.flex is not None:
+        _add_flex(body, finger.name, finger.flex)
+    for part, path in finger.meshes.items():
+        name = f"{finger.name}_{part}"
+        scaled = {"name": name, "file": path.name, "scale": "0.001 0.001 0.001"}
+        xml.SubElement(asset, "mesh", scaled)
+        geom = {"name": name, "type": "mesh", "mesh": name, "mass": "0"}
+        if part == COLLISION:
+            geom |= {"group": "3", "condim": "4"}
+        else:
+            geom |= {"group": "2", "rgba": COLOURS[part], "contype": "0", "conaffinity": "0"}
+        xml.SubElement(body, "geom", geom)
+    xml.SubElement(body, "site", name=f"{finger.name}_pad", size=f"{_SITE_M}")
+    crest = {"name": f"{finger.name}_crest", "pos": f"0 {finger.crest:.9g} 0"}
+    xml.SubElement(body, "site", crest, size=f"{_SITE_M}")
+    for site in finger.sites:
+        place = {"pos": _numbers(site.centre), "xyaxes": _numbers(site.axes.T[:2].ravel())}
+        name = f"{finger.name}_{site.name}"
+        xml.SubElement(body, "site", {"name": name, **place}, size=f"{_SITE_M}", group="4")
+    return _text(root)
+
+
+def _add_flex(body: xml.Element, name: str, flex: Flex) -> None:
+    sizes = {"radius": f"{_SITE_M}", "mass": f"{flex.mass:.9g}"}
+    about = {"name": f"{name}_rubber", "type": "direct", "dim": "3", "dof": "quadratic"}
+    points = {"point": _numbers(flex.points.ravel()), "element": _numbers(flex.cells.ravel())}
+    comp = xml.SubElement(body, "flexcomp", {**about, "rgba": COLOURS["body"], **sizes, **points})
+    xml.SubElement(comp, "contact", selfcollide="none", condim="4")
+    modulus = {"young": f"{flex.youngs_modulus:.9g}", "poisson": f"{flex.poissons_ratio:.9g}"}
+    xml.SubElement(comp, "elasticity", {**modulus, "damping": f"{_DAMPING_s}"})
+    xml.SubElement(comp, "pin", id=PINNED)
 
 
 def urdf(finger: Description) -> str:
     """Write the finger as a URDF robot: one link, and a fixed frame at each gage."""
-    assert finger.rigid is not None  # it has no flex: URDF knows none
-    return str(macros(_TEMPLATE).urdf(finger, _numbers, _roll_pitch_yaw))
+    root = xml.Element("robot", name=finger.name)
+    link = xml.SubElement(root, "link", name=finger.name)
+    inertial = xml.SubElement(link, "inertial")
+    rigid = finger.rigid
+    assert rigid is not None  # it has no flex: URDF knows none
+    xml.SubElement(inertial, "origin", xyz=_numbers(rigid.centre), rpy="0 0 0")
+    xml.SubElement(inertial, "mass", value=f"{rigid.mass:.9g}")
+    inertia = {f"i{'xyz'[j]}{'xyz'[k]}": f"{rigid.inertia[j, k]:.9g}" for j, k in _MOMENTS}
+    xml.SubElement(inertial, "inertia", inertia)
+    for part, path in finger.meshes.items():
+        role = xml.SubElement(link, "collision" if part == COLLISION else "visual", name=part)
+        geometry = xml.SubElement(role, "geometry")
+        xml.SubElement(geometry, "mesh", filename=path.name, scale="0.001 0.001 0.001")
+        if part != COLLISION:
+            material = xml.SubElement(role, "material", name=part)
+            xml.SubElement(material, "color", rgba=COLOURS[part])
+    for site in finger.sites:
+        name = f"{finger.name}_{site.name}"
+        xml.SubElement(root, "link", name=name)
+        joint = xml.SubElement(root, "joint", name=f"{name}_joint", type="fixed")
+        xml.SubElement(joint, "parent", link=finger.name)
+        xml.SubElement(joint, "child", link=name)
+        turned = _roll_pitch_yaw(site.axes)
+        xml.SubElement(joint, "origin", xyz=_numbers(site.centre), rpy=_numbers(turned))
+    return _text(root)
 
 
 def _roll_pitch_yaw(axes: Array) -> Array:
@@ -135,3 +201,8 @@ def _roll_pitch_yaw(axes: Array) -> Array:
 
 def _numbers(values: Array | IntArray | list[float]) -> str:
     return " ".join(f"{value:.9g}" for value in values)
+
+
+def _text(root: xml.Element) -> str:
+    xml.indent(root)
+    return f'<?xml version="1.0"?>\n{xml.tostring(root, encoding="unicode")}\n'

@@ -17,6 +17,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.types import in_tetrahedra
 
+PINNED = "0 1 2 9 10 11 18 19 20"  # Nodes 9 x + 3 y + z of the lattice, x, y, z = 0, 1, 2: y = 0.
+
 
 @dataclass(frozen=True)
 class Flex:
