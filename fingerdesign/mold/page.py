@@ -3,12 +3,13 @@
 from collections.abc import Iterator
 
 from fingerdesign.mold import tables
+from fingerdesign.mold.base_plan import plan_svg, plan_words
 from fingerdesign.mold.leads import MOST
 from fingerdesign.mold.picture import Picture, Pictures
 from fingerdesign.mold.products.hours import hours_words
 from fingerdesign.mold.products.notes import percent
 from fingerdesign.mold.ready import MOST_ERROR
-from fingerdesign.mold.record import BaseData, MoldData
+from fingerdesign.mold.record import MoldData
 from fingerdesign.mold.tables import TEMPLATES, WORDS
 from fingerdesign.records.verdict import Fix, Status, Verdict, VerdictView
 from fingerdesign.report.page import (
@@ -19,7 +20,6 @@ from fingerdesign.report.page import (
     Section,
     Steps,
     Text,
-    macros,
     page_html,
 )
 from fingerdesign.report.style import ReportFigure, png_element
@@ -143,21 +143,6 @@ def _parts(data: MoldData) -> Iterator[Item]:
         title = "Plan of the base plate"
         yield ReportFigure("base-plan", title, plan_svg(base), reading, plan_words(base))
         yield tables.holes_table(base["holes"])
-
-
-def plan_words(base: BaseData) -> str:
-    """The plan of the base plate in words: each hole with its label and place."""
-    holes = ", ".join(
-        f"{label} {hole['kind']} at x {hole['x_mm']:.1f}, z {hole['z_mm']:.1f} mm"
-        for label, hole in zip(tables.labels(base["holes"]), base["holes"], strict=True)
-    )
-    return f"Plan of the base plate from its back: {holes}."
-
-
-def plan_svg(base: BaseData) -> str:
-    """The plan as an <svg>: the plate, the finger's bounds, and each hole with its label."""
-    drawing = macros(TEMPLATES / "base_plan.j2")
-    return str(drawing.plan(base, tables.labels(base["holes"]), plan_words(base))).strip()
 
 
 def _notes(data: MoldData, pictures: Pictures | None) -> Iterator[Item]:

@@ -109,7 +109,7 @@ def _trials_figure(found: Found) -> style.ReportFigure:
 
 
 def _changes(design: Design, found: Found) -> Iterator[Item]:
-    """What was given up, the changed keys, and quantities of the first trial and the one taken."""
+    """List what was given up, the changed keys, quantities of the first trial and the one taken."""
     if found.best is None:
         return
     if found.given_up:
