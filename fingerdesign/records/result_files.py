@@ -8,7 +8,7 @@ from typing import Any
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.base import ResultError, write_csv
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.records.result import IncrementResult, Result
+from fingerdesign.records.result import GripResult, IncrementResult, Result
 from fingerdesign.runtime.files import why_unread
 
 RESULT_FILE = "result.json"
@@ -26,8 +26,11 @@ RESULTS = RecordFolder(
 def write_result_files(folder: Path, result: Result, grip_traces: Iterable[GripTrace] = ()) -> None:
     """result.json, history.csv and a grip_*.csv for each trace into an existing folder."""
     write_history_csv(folder / "history.csv", result)
-    for name, trace in _grip_names(grip_traces):
-        write_grip_csv(folder / name, trace)
+    traces = tuple(grip_traces)
+    for stem, trace in zip(grip_stems(traces), traces, strict=True):
+        write_grip_csv(folder / f"{stem}.csv", trace)
+        if trace.without_rule is not None:
+            write_grip_csv(folder / f"{stem}_without_rule.csv", trace.without_rule)
     (folder / RESULT_FILE).write_text(result.to_json(), encoding="utf-8")
 
 
@@ -92,14 +95,11 @@ def write_grip_csv(path: Path, trace: GripTrace) -> None:
     write_csv(path, ["step", *known], ([i, *row] for i, row in enumerate(rows, start=1)))
 
 
-def _grip_names(traces: Iterable[GripTrace]) -> Iterator[tuple[str, GripTrace]]:
-    """Distinct file names: grip_CONTROLLER_muMU_MASSg.csv, and the path without the rule."""
+def grip_stems(grips: Iterable[GripResult | GripTrace]) -> Iterator[str]:
+    """Distinct names of files, grip_CONTROLLER_muMU_MASSg: two may agree to the digits shown."""
     taken: dict[str, int] = {}
-    for trace in traces:
-        parts = f"{trace.controller}_mu{trace.friction_coefficient:g}_{trace.object_mass_g:g}g"
+    for grip in grips:
+        parts = f"{grip.controller}_mu{grip.friction_coefficient:g}_{grip.object_mass_g:g}g"
         stem = "grip_" + "".join(c if c.isalnum() or c in "-_." else "_" for c in parts)
         taken[stem] = taken.get(stem, 0) + 1
-        stem += f"_{taken[stem]}" if taken[stem] > 1 else ""
-        yield f"{stem}.csv", trace
-        if trace.without_rule is not None:
-            yield f"{stem}_without_rule.csv", trace.without_rule
+        yield stem + (f"_{taken[stem]}" if taken[stem] > 1 else "")

@@ -243,6 +243,16 @@ def test_rows_of_grips(analysed, row):
     assert found.grips[0].normal_force_N == (1.0,)
 
 
+def test_grips_that_agree_to_the_digits_shown_have_a_file_each(tmp_path, plain_result):
+    grips = [replace(plain_result.grips[0], friction_coefficient=0.5 + k * 1e-7) for k in (0, 1)]
+    folder = write_result_folder(tmp_path / "mine", replace(plain_result, grips=tuple(grips)))
+    for end, force in (("", 1.0), ("_2", 2.0)):
+        text = f"normal_force_N,tangential_force_N\n{force},0.5\n"
+        (folder / f"grip_paper_mu0.5_500g{end}.csv").write_text(text, encoding="utf-8")
+    (found,) = read_comparison([folder]).outcomes
+    assert [grip.normal_force_N for grip in found.grips] == [(1.0,), (2.0,)]
+
+
 def test_what_an_analysis_lacks_is_worked_on_request(tmp_path, plain_result):
     study = write_study(tmp_path / "s", GOOD, cost={"plate": 3.0})
     mine = write_result_folder(tmp_path / "mine", plain_result)

@@ -22,8 +22,8 @@ from fingerdesign.records.outcome import (
     Traces,
     bounded,
 )
-from fingerdesign.records.result import GripResult, Result
-from fingerdesign.records.result_files import read_result
+from fingerdesign.records.result import Result
+from fingerdesign.records.result_files import grip_stems, read_result
 from fingerdesign.runtime.files import whole_text
 from fingerdesign.search.run import measured
 from fingerdesign.search.study.file import Cost
@@ -80,7 +80,10 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
         failure=Failure("failed", result.failure or "") if failed else None,
         metrics={} if failed else metrics | measured.verdict_metrics(result),
         traces=traces,
-        grips=tuple(measured.grip_outcome(grip, *_path(grip, folder)) for grip in result.grips),
+        grips=tuple(
+            measured.grip_outcome(grip, *_path(folder / f"{stem}.csv"))
+            for stem, grip in zip(grip_stems(result.grips), result.grips, strict=True)
+        ),
         validity=measured.mesh_validity(result),
         warnings=result.warnings,
         versions=result.versions,
@@ -123,11 +126,8 @@ def tables_of(parameters: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
-    """Forces of a grip from its grip_*.csv; none where the folder has no such file."""
-    parts = f"{grip.controller}_mu{grip.friction_coefficient:g}_{grip.object_mass_g:g}g"
-    stem = "grip_" + "".join(c if c.isalnum() or c in "-_." else "_" for c in parts)
-    path = folder / f"{stem}.csv"
+def _path(path: Path) -> tuple[Numbers, Numbers]:
+    """Forces of a grip from its grip_*.csv; none where there is no such file."""
     if not path.is_file():
         return (), ()
     keys = ("normal_force_N", "tangential_force_N")
