@@ -256,7 +256,7 @@ def _lift_fixes(result: Result) -> Iterator[Fix]:
 def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     """A firm hold by one force, as deep as it needs; or less mass; each with its price."""
     needed, gentlest = _one_force(result.grips)
-    crushes = needed >= MOST_FORCE * gentlest.holding_force_N
+    crushes = needed >= gentlest.crushing_force_N
     at = f" at μ {gentlest.friction_coefficient:g}" if crushes else ""
     brings = _passes("lifts") + _price(crushes) + at
     yield Fix('grip.controller = "fixed_force"', brings, "Coulomb")
@@ -282,7 +282,7 @@ def _one_force(grips: Sequence[GripResult]) -> tuple[float, GripResult]:
     """
     gentlest = min(grips, key=lambda each: each.holding_force_N)
     most = max(each.holding_force_N for each in grips)
-    bears, least = MOST_FORCE * gentlest.holding_force_N / 1.05, 1.05 * HUMAN_MARGIN[0] * most
+    bears, least = gentlest.crushing_force_N / 1.05, 1.05 * HUMAN_MARGIN[0] * most
     needed = HUMAN_MARGIN[1] * most
     return (min(needed, bears) if bears >= least else needed), gentlest
 

@@ -29,7 +29,7 @@ from fingerdesign.control.signals import Calibration, Sample
 from fingerdesign.design.grip import Grip, pull_at
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import GripTrace
-from fingerdesign.records.result import MOST_FORCE, GripEnding, GripResult
+from fingerdesign.records.result import GripEnding, GripResult
 
 # The arm raises a lifted object by so much a step, mm: else a tug at an object that barely hangs
 # would only set it down.
@@ -154,15 +154,16 @@ def run_episode(
     friction_coefficient: float,
     object_mass_g: float,
     after_lift: int = 0,
+    most_pull: float | None = None,
 ) -> Episode:
     """Press to the preload, then move as the controller commands until something ends the grip.
 
     after_lift: steps for which the lifted object is held on, while the arm raises it clear of its
     support; it can still slip then, and the result is lifted as well as gross_slip. An object
-    with inertia that slides is held on until it is caught or dropped: both are gross_slip. Friction
-    and mass are for the judge alone. A SolverError of the plant ends the grip as failed, with the
-    plant's sentence as its reason; ZoneExhausted is raised on: a model with a wider zone of contact
-    candidates is needed, the grip has not failed.
+    with inertia that slides is held on until it is caught or dropped: both are gross_slip.
+    Friction, mass and most_pull (N, see GripResult) are for the judge alone. A SolverError of the
+    plant ends the grip as failed, with the plant's sentence as its reason; ZoneExhausted is raised
+    on: a model with a wider zone of contact candidates is needed, the grip has not failed.
     """
     run = _Run(plant, controller, calibration, bounds, object_mass_g)
     try:
@@ -173,11 +174,9 @@ def run_episode(
     except SolverError as error:
         outcome, reason = "failed", str(error)
     trace = _trace(run, friction_coefficient)
-    result = _result(run, trace, outcome, reason)
+    result = replace(_result(run, trace, outcome, reason), most_pull_N=most_pull)
     episode = Episode(result, trace, run.slip, tuple(run.samples))
-    unsure = unsure_at_the_end(
-        episode.to_slip, result.gross_slip, MOST_FORCE * result.least_force_N
-    )
+    unsure = unsure_at_the_end(episode.to_slip, result.gross_slip, result.crushing_force_N)
     return replace(episode, result=replace(result, unsure=unsure))
 
 
@@ -293,9 +292,10 @@ def run_episodes(
 
     def run(plant: Plant, friction: float, hand: Controller) -> Episode:
         after = grip.hold_steps
-        episode = run_episode(plant, hand, calibration, bounds, friction, object_mass_g, after)
+        given = calibration, bounds, friction, object_mass_g, after, most
+        episode = run_episode(plant, hand, *given)
         judged = judged_warnings(episode, grip)
-        return replace(episode, result=replace(judged, friction_law=law, most_pull_N=most))
+        return replace(episode, result=replace(judged, friction_law=law))
 
     episodes = []
     for number, friction in enumerate(friction_coefficients):

@@ -204,6 +204,11 @@ class GripResult:
         return self.peak_normal_force_N / self.holding_force_N
 
     @property
+    def crushing_force_N(self) -> float:
+        """The normal force from which on the object is crushed."""
+        return MOST_FORCE * self.holding_force_N
+
+    @property
     def holds_object(self) -> bool:
         """Lifted, and never wholly slipping."""
         return self.lifted and not self.gross_slip and self.outcome != "failed"

@@ -111,6 +111,16 @@ def test_a_grip_counts_its_steps_from_the_preload_and_judges_what_was_true_at_th
     assert judged_warnings(episode, design.grip).samples == 5
 
 
+@pytest.mark.parametrize(("most", "unsure"), [(None, True), (12.0, False)])
+def test_what_crushes_counts_by_the_most_that_pulls_to_the_end(bench, most, unsure):
+    """9 N in the press are over three times m g / 2 over the slip ratio, not over that of 12 N."""
+    bounds = replace(BOUNDS, max_approach=0.06, max_steps=2)
+    given = bench, bounds, 0.5, 200.0, 3, most
+    plant = Scripted([*PRESS, *[replace(HANGS, approach=0.05, tangential_force=1.0)] * 5])
+    result = run_episode(plant, Sure(0.001, 0.01), *given).result
+    assert (result.outcome, result.crushed, result.unsure) == ("lifted", unsure, unsure)
+
+
 def test_a_press_that_fails_has_no_step_and_a_slide_without_end_is_complete_slip(bench):
     failed = run_episode(Scripted(PRESS[:2]), Sure(0.0, 0.01), bench, BOUNDS, 0.5, MASS).result
     assert (failed.outcome, failed.steps, failed.steps_to_lift) == ("failed", 0, 0)
