@@ -112,13 +112,14 @@ def _show_gages(found: Observability, folder: Path) -> None:
             str(len(each.chosen)) if each.chosen else "0 (forces and moves)",
             f"{each.stick_error:.3f} ± {each.stick_std:.3f}",
             f"{each.friction_utilisation_error:.3f}",
-            ", ".join(f"{x:g}" for x in found.places(each)) or "–",
+            (", ".join(f"{x:g}" for x in found.places(each)) or "–")
+            + (f" ({layout})" if (layout := found.layout(each)) else ""),
         ]
         for each in found.confirmed
     ]
     what = "errors (RMS) on other grips of the same finger"
     title = f"{found.design} at {found.noise:g} microstrain: {what}"
-    print_table(title, ["gages", "stick ratio", "friction utilisation", "at x, mm"], rows)
+    print_table(title, ["gages", "stick ratio", "friction utilisation", "at x, mm"], rows, WIDTH)
     rows = [
         [
             f"{each.x_mm:g}",
@@ -130,7 +131,8 @@ def _show_gages(found: Observability, folder: Path) -> None:
         for each in sorted(found.gages, key=lambda gage: gage.x_mm)
     ]
     columns = ["gage at x, mm", "microstrain/N", "rank", "dead, unnoticed", "dead, known"]
-    print_table("each gage: rank 1 is the most important; the cost of its failure", columns, rows)
+    title = "each gage: rank 1 is removed last; the cost of its failure"
+    print_table(title, columns, rows, WIDTH)
     for sentence in (*found.limits, *found.sentences):
-        click.echo(sentence)
+        say_marked("", sentence)
     click.echo(f"{found.seconds:.0f} s; chart: {folder / 'observability.png'}")

@@ -171,6 +171,11 @@ class Observability:
         """x (mm) of the chosen gages, rising."""
         return tuple(sorted(self.gages[k].x_mm for k in count.chosen))
 
+    def layout(self, count: Count) -> str:
+        """The layout of the chosen gages where ranks did not choose them; else ""."""
+        named = {each.chosen: each.layout for each in reversed(self.layouts)}
+        return named.get(count.chosen, "searched").replace("searched", "")
+
     @property
     def uncertain(self) -> bool:
         """True if the standard error is as large as the accepted loss of few gages against all."""
