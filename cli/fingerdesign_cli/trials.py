@@ -171,7 +171,7 @@ def _recorded(folder: Path, target: Path) -> int:
 
 def _show_recorded(data: sets.RecordedData, report: Path) -> None:
     for each in page.tables(data):
-        terminal.print_table(each.caption, each.columns, each.rows)
+        terminal.print_table(each.caption, each.columns, each.rows, terminal.WIDTH)
     for found in page.verdicts(data):
         terminal.say_marked(
             found.sign, f"{found.name}: {found.number}, {found.target}, {found.count}"
