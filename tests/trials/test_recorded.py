@@ -149,6 +149,20 @@ def test_every_wrong_column_is_named(tmp_path):
     ]
 
 
+def test_without_labels_the_fault_says_what_can_still_be_judged(tmp_path):
+    lines = as_csv(*recorded_pull(slips=False)).splitlines()
+    path = tmp_path / "bare.csv"
+    path.write_text("\n".join(line.rpartition(",")[0] for line in lines), "utf-8")
+    with pytest.raises(DesignError) as found:
+        recording.read_csv(path)
+    (fault,) = found.value.faults
+    assert (fault.key, fault.value, fault.bound) == ("row 1, column 29", "''", "'slip'")
+    assert "write 0 throughout, and false alarms are judged" in fault.remedy
+    path.write_text("\n".join(lines), "utf-8")
+    (score, *_) = sets.judge_recorded(tmp_path).sets[0].scores
+    assert (score.false.of > 0, score.found.of) == (True, 0)
+
+
 @pytest.mark.parametrize(
     ("change", "bound"),
     [
@@ -430,6 +444,8 @@ def test_one_command_judges_every_set(every_set, tmp_path, capsys):
             assert score["detector"] in page
     assert "large.h5" in page
     assert "n = 0.33" in shown
+    assert max(map(len, shown.splitlines()[:-1])) <= 80  # the last one is a path
+    assert "early by: the median time before it" in page
 
 
 def test_faults_of_all_files_are_reported_together(every_set, tmp_path, capsys):

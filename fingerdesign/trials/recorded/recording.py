@@ -26,6 +26,10 @@ REST_S = 0.2  # It gives 8 samples of the slowest public set, of 38 Hz.
 SPAN_S = 1.0
 _MANY = 100_000  # Of a load that is held, the time grows with their square.
 _WRONG = (OSError, LookupError, AttributeError, TypeError, ValueError, RuntimeError, MemoryError)
+_UNLABELLED = (
+    "label each sample 0, 1 or 2: slip that nobody labelled cannot be judged; where nothing slips "
+    "write 0 throughout, and false alarms are judged"
+)
 _SETS = ("time_s", "taxels", "slip")
 
 
@@ -62,10 +66,12 @@ def changes(signals: Array) -> bool:
 def read_csv(path: Path) -> Recording:
     """Read a recording's CSV file; DesignError with every fault, each by its row and column."""
     header, lines = csv_lines(csv_text_of(path, "recording", "a readable CSV file"), str(path))
-    wanted = _columns(max(2, (len(header) - 2) // 3))
+    wanted = _columns(max(2, (len(header) - 1) // 3))
+    remedies = {} if "slip" in header else {"slip": _UNLABELLED}
+    usual = "see docs/how_to/recorded.md"
     refuse_faults(
         [
-            Fault(f"row 1, column {k}", f"'{name}'", f"'{right}'", "see docs/how_to/recorded.md")
+            Fault(f"row 1, column {k}", f"'{name}'", f"'{right}'", remedies.get(right, usual))
             for k, (name, right) in enumerate(zip_longest(header, wanted, fillvalue=""), 1)
             if name != right
         ],
