@@ -104,6 +104,7 @@ def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[F
     rate, axes = rate_of(held), data["conditions"]
     enough = rate >= HELD_SHARE
     frictions = _axis(axes["friction_coefficients"], "friction")
+    more = "--plants, --lifts" if own.fingers else "--friction, --mass-g"
     where = f"one each on {frictions} by {_axis(axes['object_masses_g'], 'weight', ' g')}"
     if own.fingers:
         where = f"by {own.fingers} drawn fingers, which the interval is over"
@@ -112,7 +113,7 @@ def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[F
         f"At {noise:g} microstrain, does the regulator lift {aim} of this grid without complete "
         "slip?",
         f"Measured: {held.count} of {held.of} grips ({percent(rate)}), {where}. The 95 % interval "
-        f"of such a count, {_interval(held, aim)}.",
+        f"of such a count, {_interval(held, aim, more)}.",
     )
     if own.margin_at_lift is None or own.peak_ratio is None:
         return
@@ -126,13 +127,14 @@ def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[F
     )
 
 
-def _interval(held: Share, aim: str) -> str:
-    """The ends of a share's interval, and what they say of the target."""
+def _interval(held: Share, aim: str, more: str) -> str:
+    """The ends of a share's interval, and what they say of the target; more: options that give more
+    grips."""
     low, high, enough = held.low or 0.0, held.high or 0.0, rate_of(held) >= HELD_SHARE
     if enough and low < HELD_SHARE:
-        certain = f"begins below {aim}: more grips decide"
+        certain = f"begins below {aim}: more grips decide ({more})"
     elif not enough and high >= HELD_SHARE:
-        certain = f"reaches {aim}: more grips decide"
+        certain = f"reaches {aim}: more grips decide ({more})"
     else:
         certain = f"lies wholly {'above' if enough else 'below'} {aim}"
     return f"{100.0 * low:.1f} to {percent(high)}, {certain}"

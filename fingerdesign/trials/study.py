@@ -285,7 +285,8 @@ def _warnings_of_estimator(bench: GripBench, known: GripEstimator) -> Iterator[s
             "that turns for one that slips; train it again by fingerdesign train --fidelity 3d"
         )
     if known.adopted_from:
-        yield f"the estimator is that of {known.adopted_from}, another finger"
+        own = "fingerdesign train makes this finger's own"
+        yield f"the estimator is that of {known.adopted_from}, another finger; {own}"
 
 
 def warnings_of(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
@@ -297,7 +298,7 @@ def warnings_of(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
         found.append(
             f"the heaviest, most slippery object needs {need:.1f} N, and grip.max_approach_mm = "
             f"{bench.bounds.max_approach:g} presses with {strongest:.1f} N at most: nothing can "
-            "lift it"
+            "lift it; raise that key, or study less mass (--mass-g) or more friction (--friction)"
         )
     least = weight_per_finger(min(grid.masses_g)) / max(grid.frictions)
     preload = _preload_force(bench)
@@ -305,7 +306,8 @@ def warnings_of(bench: GripBench, trials: Sequence[Trial]) -> list[str]:
         found.append(
             f"the lightest, roughest object may be pressed with {MOST_FORCE * least:.2f} N, and "
             f"grip.preload_mm = {bench.bounds.preload:g} presses with {preload:.2f} N already: "
-            "nothing can lift it without crushing"
+            "nothing can lift it without crushing; lower that key, or study more mass (--mass-g) "
+            "or less friction (--friction)"
         )
     found += [] if bench.estimator is None else _warnings_of_estimator(bench, bench.estimator)
     failed = [each.result for each in trials if each.result.outcome == "failed"]

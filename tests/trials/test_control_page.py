@@ -103,9 +103,9 @@ def test_the_regulator_is_compared_with_the_best_that_knows_no_more():
 
 
 def test_an_interval_says_whether_more_grips_decide():
-    words = {(500, 500): "wholly above", (100, 100): "begins", (98, 100): "reaches"}
+    words = {(500, 500): "wholly above", (100, 100): "begins", (98, 100): "decide (--plants)"}
     for share, expected in (words | {(50, 100): "wholly below"}).items():
-        assert expected in _interval(share_of(*share), "99 %")
+        assert expected in _interval(share_of(*share), "99 %", "--plants")
 
 
 def test_the_table_on_the_terminal_fits_80_columns(capsys):
