@@ -103,6 +103,8 @@ def test_tables_have_a_cell_for_every_column_and_a_dash_for_no_value(plane_strai
     changed = with_parts(changed, "grips", [{"safety_margin": None, "slips_without_rule": None}])
     assert increment_table(changed).rows[0][6] == "–"
     assert grip_table(changed).rows[0][6:8] == ("not tried", "–")
+    counted = grip_table(changed).columns  # The rule's figure counts from first contact on.
+    assert "steps after the preload" in counted
 
 
 def test_warnings_of_slip_are_a_row_a_grip(plane_strain):

@@ -123,7 +123,7 @@ def grip_table(result: Result) -> Table:
         "safety margin": _numbers(grips, "safety_margin", 2),
         "least stick ratio": _numbers(grips, "minimum_stick_ratio", 2),
         "final F_n / F_t (N)": [" / ".join(number_text(x, 2) for x in pair) for pair in forces],
-        "steps": [str(grip.steps) for grip in grips],
+        "steps after the preload": [str(grip.steps) for grip in grips],
         "how it ended": [grip.ending for grip in grips],
     }
     return _table("grips", "Grips", columns, "0 3 4 6 11")
