@@ -56,7 +56,8 @@ def grip() -> None:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.
 
     DESIGN is a file or a shipped design's name. Unlike analyse, whose default is 3d, grip takes the
-    section: seconds, not minutes.
+    section: seconds, not minutes, but where a regulator without --estimator or a shipped one is
+    trained first: up to half an hour.
 
     The controller feels gages and forces only. Exit code 0 also where an object slips or is not
     lifted: that is a finding, and stands in the table and in result.json.
