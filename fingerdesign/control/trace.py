@@ -146,6 +146,12 @@ def csv_lines(
         lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader if cells]
     except csv.Error as error:
         raise DesignError([Fault("trace", source, "a CSV file", str(error))]) from None
+    mark = (
+        next((each for each in ";\t" if each in "".join(lines[0][1][:1])), None) if lines else None
+    )
+    if mark is not None:
+        key, remedy = "row 1", "write commas between columns, and points in decimals"
+        raise DesignError([Fault(key, f"columns apart by {mark!r}", "by ','", remedy)], source)
     if len(lines) < 1 + least:
         bound = f"a header and at least {least} samples"
         raise DesignError([Fault("trace", f"{len(lines)} rows", bound, "record a grip")], source)
@@ -212,7 +218,8 @@ def csv_numbers(
             remedy = "the sensor gave nothing: cut the trace there"
             if _number(cell) is None:
                 cell, bound = f"'{cell}'" if cell else "empty", "a number"
-                remedy = "record it, or cut the trace there"
+                point = "," in cell
+                remedy = "decimals take a point" if point else "record it, or cut the trace there"
             faults.append(cell_fault(row, header[j], cell, bound, remedy))
     return table, faults
 

@@ -244,4 +244,6 @@ def test_a_former_name_works_and_reports_the_new_one(tmp_path, terminal):
 
 
 def test_the_help_of_grip_says_how_long_a_training_takes(terminal):
-    assert "is trained first: up to half an hour" in " ".join(terminal("grip", "--help").out.split())
+    assert "is trained first: up to half an hour" in " ".join(
+        terminal("grip", "--help").out.split()
+    )

@@ -103,7 +103,7 @@ def test_columns_may_stand_in_any_order_and_the_hand_may_see_the_lift():
         (text(names=[*NAMES, "gage_1", "gage_2", "gage_2"]), None, "row 1, column 8"),
         (text().replace("force_N", "force_mN", 1), None, "row 1, column 4 .*mean normal_force_N"),
         (text().replace("time_s", "time_ms"), None, "row 1, column time_s = absent"),
-        (text().replace(",", ";"), None, "row 1, column 1"),
+        (text().replace(",", ";"), None, "row 1 = columns apart by ';'"),
     ],
 )
 def test_a_wrong_cell_unit_or_header_is_named_by_row_and_column(trace, gages, place):
@@ -192,3 +192,17 @@ def test_lost_samples_rows_cut_short_and_decimal_commas_are_named_up_to_a_number
     found = faults(text([["nan"] * 8 for _ in range(SAMPLES)]))
     assert len(found) == 21
     assert "76 more faults" in found[-1]
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_other_marks_between_columns_are_one_fault(mark):
+    (fault,) = faults(text().replace(",", mark).replace(".", ","))
+    assert fault == (
+        f"row 1 = columns apart by {mark!r}: must be by ','; "
+        "write commas between columns, and points in decimals"
+    )
+
+
+def test_a_decimal_comma_is_named():
+    (fault,) = faults(changed(5, "gage_2", '"2,5"'))
+    assert fault.endswith("decimals take a point")

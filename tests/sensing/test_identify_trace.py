@@ -201,6 +201,8 @@ def test_noise_is_found_by_second_differences(made):
     ("change", "words"),
     [
         (lambda t: replace(t, dy=-t.dy), "over 0"),
+        (lambda t: replace(t, dx=t.dy, dy=t.dx), "are dx_mm and dy_mm exchanged?"),
+        (lambda t: cut(replace(t, dx=t.dy, dy=t.dx), 150), "are dx_mm and dy_mm exchanged?"),
         (lambda t: replace(t, dy=3.0 * t.dy), "grip.max_approach_mm"),
         (lambda t: replace(t, dy=np.cumsum(t.dy)), "a row has its own move"),
         (lambda t: replace(t, tangential_force=-t.tangential_force), "the other way"),
@@ -213,6 +215,22 @@ def test_noise_is_found_by_second_differences(made):
 def test_traces_that_tell_nothing_are_refused(design, made, change, words):
     with pytest.raises(DesignError, match=re.escape(words)):
         identified(design, change(made.trace), "trace.csv")
+
+
+@pytest.mark.parametrize(("factor", "doubted"), [(1e-3, True), (1.0, False), (1e3, True)])
+def test_times_of_another_unit_are_doubted_before_the_fit(design, made, factor, doubted):
+    """A report that ends the work as the fit begins."""
+    shown = []
+
+    def report(message, share=None):
+        shown.append(message)
+        if "condensing" in message:
+            raise SolverError("enough")
+
+    trace = replace(made.trace, time=factor * made.trace.time)
+    with pytest.raises(SolverError, match="enough"):
+        identified(design, trace, "trace.csv", report=report)
+    assert any("is time_s in seconds?" in each for each in shown) is doubted
 
 
 @pytest.mark.slow

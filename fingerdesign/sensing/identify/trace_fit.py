@@ -44,6 +44,8 @@ _CORRECTED = 2  # Answers are corrected so often for rows that are left out.
 _EVALUATIONS, _ROUGHLY = 100, 30
 # With the modulus far off, a term must bring the squares below this fraction.
 _FAR_GAIN = 0.5
+_EXCHANGED = 0.1  # A force that rises with so little closing a shear rises with the other column.
+_LASTS_S = (1.0, 1e4)  # A trace takes a minute; 1000 times less or more is another unit of time.
 _MODULUS = 8.0  # The modulus may be off by this factor, either way.
 
 
@@ -272,6 +274,8 @@ def identified(
     faults = list(trace_faults(design, trace))
     if faults:
         raise DesignError(faults, source)
+    for words in time_doubts(trace):
+        report(f"warning: {words}")
     own = design
     fit: TraceFit | None = None
     for number in range(_ROUNDS):
@@ -338,10 +342,24 @@ def with_exponent(fit: TraceFit) -> TraceFit:
     return _fit(fit.model, [*fit.restart, exponent])
 
 
+def time_doubts(trace: Trace) -> Iterator[str]:
+    """Ask whether times are in seconds, where a trace is shorter or longer than a hand takes."""
+    lasts = float(trace.time[-1] - trace.time[0])
+    if not _LASTS_S[0] <= lasts <= _LASTS_S[1]:
+        yield f"the trace lasts {lasts:.3g} s: is time_s in seconds? times of relaxation follow it"
+
+
 def trace_faults(design: Design, trace: Trace) -> Iterator[Fault]:
     """Faults of a trace that gives no information about the rubber."""
     deepest, most = float(np.cumsum(trace.dy).max()), design.grip.max_approach_mm
-    if not deepest > 0.0:
+    normal = trace.normal_force
+    rise = slice(1, int(np.argmax(normal >= 0.5 * normal.max())) + 1)
+    closed, sheared = (float(np.abs(each[rise]).sum()) for each in (trace.dy, trace.dx))
+    if closed < _EXCHANGED * sheared and normal[0] < 0.25 * normal.max():
+        bound, remedy = "what presses", "are dx_mm and dy_mm exchanged? dy_mm closes"
+        found = f"{closed:.3g} mm, and dx_mm {sheared:.3g} mm, while the normal force rises"
+        yield Fault("trace, column dy_mm", found, bound, remedy)
+    elif not deepest > 0.0:
         remedy = "closing is positive: record from the first touch on"
         yield Fault("trace, column dy_mm", f"{deepest:g} mm in all", "over 0", remedy)
     elif deepest > most * 1.05:

@@ -12,7 +12,7 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.records.base import Count, Size, closed
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.sensing.identify.trace_fit import Identified, TraceFit
+from fingerdesign.sensing.identify.trace_fit import Identified, TraceFit, time_doubts
 from fingerdesign.sensing.identify.trace_path import TracePath
 from fingerdesign.version import versions
 
@@ -168,6 +168,7 @@ def _fit_warnings(fit: TraceFit) -> Iterator[str]:
 
 
 def _trace_warnings(found: Identified, values: tuple[ValueData, ...]) -> Iterator[str]:
+    yield from time_doubts(found.trace)
     for value in values:
         if value.kind == "gain" and value.high < 0.5:
             yield f"{value.name} is {value.value:.2g}: is that gage dead, or another input?"
