@@ -145,7 +145,7 @@ def test_files_that_lie_next_to_a_design_do_not_run(command, here):
     for name in ("numpy", "matplotlib", "plotly", "sitecustomize", "usercustomize", "conftest"):
         Path(f"{name}.py").write_text(HAND)
     Path("matplotlibrc").write_text("backend: module://hand\n")
-    code = "from fingerdesign_cli.main import entry_point; entry_point()"  # as the installed one
+    code = "from fingerdesign_cli.start import entry_point; entry_point()"  # as the installed one
     given = [sys.executable, "-P", "-c", code, command, "a.toml"]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join((str(ROOT), str(ROOT / "cli")))}
     subprocess.run(given, check=True, env=environment, capture_output=True, timeout=100)

@@ -2,6 +2,7 @@
 
 import importlib
 import signal
+import subprocess
 import sys
 import time
 
@@ -47,6 +48,18 @@ def test_an_interruption_that_an_import_hides_is_130(error, run, capsys):
 
     assert run(load) == 130
     assert capsys.readouterr().err == "interrupted; finished work is stored\n"
+
+
+def test_an_interruption_while_the_commands_load_is_one_line():
+    code = (
+        "import signal, sys; from fingerdesign_cli import start\n"
+        "class Early:\n"
+        "    def find_spec(name, *_): name == 'click' and signal.raise_signal(signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Early); start.entry_point()"
+    )
+    given = [sys.executable, "-c", code, "list"]
+    found = subprocess.run(given, capture_output=True, text=True, timeout=60, check=False)
+    assert (found.returncode, found.stdout, found.stderr) == (130, "", "interrupted\n")
 
 
 def test_an_echo_of_the_interruption_disturbs_nothing(run):
