@@ -108,7 +108,8 @@ def analyse(designs: tuple[Path, ...], out: Path, run: Run, products: Products) 
     results: list[Result] = []
     for done, case in enumerate(cases):
         name = case.design.design.name
-        with terminal.progress(name) as show:
+        stored = f"{done} of {len(cases)} results are stored" if done else ""
+        with inputs.interrupted(stored), terminal.progress(name) as show:
             part = terminal.part_of(show, done, len(cases))
             results.append(answer_of(case, out, part, products))
     _report(results, out, [str(path) for path in designs])

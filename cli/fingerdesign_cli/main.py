@@ -107,7 +107,7 @@ def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
         # An extension that was loading makes an ImportError of a signal.
         stopped = error.__cause__ if isinstance(error, click.Abort) else error
         stored = str(stopped) if isinstance(stopped, KeyboardInterrupt) else ""
-        return _interrupted(stored or "finished work is stored")
+        return _interrupted(f"; {stored}" if stored else "")
     if isinstance(error, errors.FingerDesignError):
         return _failure(f"failed: {error}")
     return _unexpected(error, keep)
@@ -134,11 +134,11 @@ def _warned(
 
 
 def _interrupted(stored: str) -> int:
-    """Say so; stored: what becomes of the work."""
+    """Say so; stored: what becomes of the work, where its command stores any."""
     if limit := reached():  # of memory as much is needed again, of time what is left
         more = "; raise it" if "--memory-limit" in limit else ""
-        return _failure(f"stopped: {limit}{more}; {stored}")
-    return _failure(f"interrupted; {stored}", INTERRUPTED)
+        return _failure(f"stopped: {limit}{more}{stored}")
+    return _failure(f"interrupted{stored}", INTERRUPTED)
 
 
 def _unexpected(error: Exception, keep: bool) -> int:

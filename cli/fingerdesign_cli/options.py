@@ -253,7 +253,7 @@ def limit_option(name: str, metavar: str, least: float, about: str) -> Callable[
             seconds = name == "--time-limit"
             context.with_resource(limited(value) if seconds else limited(memory_MB=value))
 
-    kind, shown = FiniteRange(least, 1e7), f"{about}; finished work is stored."
+    kind, shown = FiniteRange(least, 1e7), f"{about}."
     return click.option(
         name, metavar=metavar, type=kind, expose_value=False, callback=limit, help=shown
     )

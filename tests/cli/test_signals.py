@@ -11,6 +11,7 @@ import pytest
 from fingerdesign_cli import main as cli_main
 
 from fingerdesign.errors import FingerDesignError
+from tests.support.fingers import COARSE
 
 pytestmark = [
     pytest.mark.usefixtures("interruptible"),
@@ -47,7 +48,7 @@ def test_an_interruption_that_an_import_hides_is_130(error, run, capsys):
             raise error from None
 
     assert run(load) == 130
-    assert capsys.readouterr().err == "interrupted; finished work is stored\n"
+    assert capsys.readouterr().err == "interrupted\n"
 
 
 def test_an_interruption_while_the_commands_load_is_one_line():
@@ -128,3 +129,21 @@ def test_an_interruption_waits_while_a_sobol_sequence_is_made():
     assert waits
     assert all(waits)
     assert not cli_main._delays(sys._getframe())
+
+
+@pytest.mark.slow
+def test_an_interruption_counts_the_results_that_are_stored(importable, tmp_path, terminal):
+    (tmp_path / "halts.py").write_text(
+        'class Hand:\n    name = "halts"\n'
+        "    def __init__(self, *given): ...\n"
+        "    def start(self, *given): raise KeyboardInterrupt\n"
+        "    def command(self, *given): ...\n"
+    )
+    files = [tmp_path / "coarse.toml", tmp_path / "second.toml"]
+    files[0].write_text(COARSE + 'controller = "paper"\nfriction_coefficients = [0.5]\n')
+    second = COARSE.replace('"coarse"', '"second"')
+    files[1].write_text(second + 'controller = "halts:Hand"\n')
+    given = ["--fidelity", "plane-strain", "--allow-code", "--out", tmp_path / "out"]
+    found = terminal("analyse", *files, *given, code=130)
+    assert found.err.endswith("interrupted; 1 of 2 results are stored\n")
+    assert [each.name for each in (tmp_path / "out").iterdir()] == ["coarse"]

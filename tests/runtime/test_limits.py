@@ -41,7 +41,7 @@ def test_a_command_that_is_stopped_leaves_nothing_half_written(tmp_path):
     file.write_text(DESIGN)
     found = command("validate", file, "--out", out, "--time-limit", "3")
     assert found.returncode == 1
-    assert "stopped: --time-limit = 3 s is over; finished work is stored" in found.stderr
+    assert "stopped: --time-limit = 3 s is over\n" in found.stderr
     assert not out.exists() or not list(out.iterdir())
     assert command("validate", file, "--out", out, "--memory-limit", "nan").returncode == 2
     found = command("validate", file, "--out", out, "--memory-limit", "1")

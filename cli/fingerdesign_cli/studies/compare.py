@@ -28,6 +28,7 @@ from fingerdesign.search.run.run import Store, run_jobs
 from fingerdesign.search.study.file import Limits
 from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli import terminal
+from fingerdesign_cli.inputs import GOES_ON, interrupted
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.studies.progress import StudyProgress
 from fingerdesign_cli.studies.search import say_recommended
@@ -61,7 +62,11 @@ def compare(
     """Compare the designs of every RESULT on one page that opens offline."""
     files.refuse_places(results)
     shown = complete and not terminal.as_json()
-    with terminal.progress("missing metrics", shown) as show, Cluster() as cluster:
+    with (
+        interrupted(GOES_ON if complete else ""),
+        terminal.progress("missing metrics", shown) as show,
+        Cluster() as cluster,
+    ):
 
         def work(jobs: Sequence[Job]) -> tuple[Outcome, ...]:
             look = StudyProgress(show, cluster, silent=True)
