@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from fingerdesign.design.faults import fault_of
 from fingerdesign.design.scene import Scene
-from fingerdesign.design.schema import Design, unknown_materials
+from fingerdesign.design.schema import Design, unknown_names
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.files import whole_content, why_unread
 
@@ -104,7 +104,7 @@ def judge_keys(model: type[_Model], data: dict[str, Any]) -> Judged[_Model]:
         errors = [e for e in error.errors(include_url=False) if not _counts_only_sound(e)]
     faults = [fault_of(each, model) for each in errors]
     if issubclass(model, Design):  # a rule between tables, which pydantic asks of sound ones only
-        for refusal in unknown_materials(data):
+        for refusal in unknown_names(data):
             own = ErrorDetails(type="fault", loc=(), msg="", input=None, ctx=refusal.context or {})
             faults.append(fault_of(own, model))
     return Judged(None, distinct(faults))

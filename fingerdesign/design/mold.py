@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from fingerdesign.design.base import Many, Table, bounded, key, refuse, refuse_key
 from fingerdesign.design.leads import ENAMEL, LEAST_WIRE_MM
-from fingerdesign.design.stock import GageType, shipped_types
+from fingerdesign.design.stock import GageType
 
 ProcessName = Literal["sla", "fdm", "machined"]
 BoltName = Literal["auto", "M2", "M2.5", "M3", "M4"]
@@ -167,10 +167,6 @@ class Mold(Table):
     comb: Comb = Field(default_factory=Comb)
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
-        known = [each.name for each in (*self.gage_types, *shipped_types())]
-        if self.gage not in ("auto", *known):
-            remedy = "correct it, or add a table [[mold.gage_types]] of that name"
-            yield refuse_key(self, "mold.gage", f"auto or one of {', '.join(known)}", remedy)
         own = [each.name for each in self.gage_types]
         if "auto" in own:
             bound = "another name: mold.gage = 'auto' chooses one"

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, Whole, holds, key, refuse, refuse_key
+from fingerdesign.design.base import Many, Table, Whole, holds, key, refuse
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.former import with_current_keys
@@ -125,11 +125,7 @@ class Design(Whole):
         return {**data, "materials": {name: _completed(name, given.get(name)) for name in named}}
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
-        yield from unknown_materials(self)
-        if self.gages.kind is not None and self.gage_type is None:
-            known = ", ".join(each.name for each in self.gage_types)
-            remedy = "correct it, or add a table [[mold.gage_types]] of that name"
-            yield refuse_key(self.gages, "gages.kind", f"one of {known}", remedy)
+        yield from unknown_names(self)
 
     @property
     def extruded(self) -> bool:
@@ -250,9 +246,9 @@ def _by_hardness(given: Mapping[str, Any]) -> Mapping[str, Any]:
     return {"poissons_ratio": 0.49, **given, "youngs_modulus_MPa": modulus}
 
 
-def unknown_materials(design: Any) -> Iterator[PydanticCustomError]:
-    """A refusal for each part whose material is neither known nor in [materials]. design: a
-    :class:`Design`, or a file's raw table whatever is in it."""
+def unknown_names(design: Any) -> Iterator[PydanticCustomError]:
+    """A refusal for each part whose material is neither known nor in [materials], and for unknown
+    gages. design: a :class:`Design`, or a file's raw table whatever is in it."""
     given = _part(design, "materials")
     known = {*MATERIALS, *(given if isinstance(given, Mapping) else ())}
     body = _part(design, "body")
@@ -269,6 +265,17 @@ def unknown_materials(design: Any) -> Iterator[PydanticCustomError]:
                 "`fingerdesign list materials` names all",
                 f"{table}.material",
             )
+    mold = _part(design, "mold")
+    own = _part(mold, "gage_types")
+    types = [*(own if isinstance(own, list | tuple) else ()), *shipped_types()]
+    names = [name for each in types if isinstance(name := _part(each, "name"), str)]
+    words = f"one of {', '.join(dict.fromkeys(names))}"
+    remedy = "correct it, or add a table [[mold.gage_types]] of that name"
+    kind, gage = _part(_part(design, "gages"), "kind"), _part(mold, "gage")
+    if isinstance(kind, str) and kind not in names:
+        yield refuse(kind, words, remedy, "gages.kind")
+    if isinstance(gage, str) and gage not in ("auto", *names):
+        yield refuse(gage, f"auto or {words}", remedy, "mold.gage")
 
 
 def _part(table: Any, key: str) -> Any:

@@ -49,6 +49,10 @@ def test_every_fault_of_the_geometry_at_once():
         ("body.widht_mm = 3\nplates.pitch_mm = 0.05", "body.widht_mm"),
         # A rule between tables is checked although a value in one is faulty.
         ('body.width_mm = -1\nbody.material = "steel"', "body.width_mm body.material"),
+        (
+            'body.width_mm = -1\ngages.kind = "gauge"\nmold = {gage = "no", process = "no"}',
+            "body.width_mm gages.kind mold.process mold.gage",
+        ),
         # Every rule of a table whose values are sound.
         (
             'body = {shape = "block", edge = "chamfer", arc_radius_mm = 15, dome_radius_mm = 20}',
