@@ -1,7 +1,9 @@
 """``train``, ``identify``, ``export``: the estimator, hidden values, files for other systems."""
 
 import json
+from collections import Counter
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +18,7 @@ from fingerdesign.control.fmi import plant, regulator
 from fingerdesign.control.fmi.pack import WITHOUT_LIBRARY, systems_of
 from fingerdesign.control.trace import read_trace
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text, plain
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.files import write_whole
@@ -35,7 +37,15 @@ from fingerdesign.sensing.identify.trace_fit import identified
 from fingerdesign.sensing.identify.trace_page import value_table, write_identification
 from fingerdesign.sensing.model import grip_problem, gripped_case
 from fingerdesign.sensing.train.estimator import TrainingResult
-from fingerdesign_cli.inputs import GOES_ON, estimator_for, interrupted, read_case, recorded
+from fingerdesign_cli.inputs import (
+    GOES_ON,
+    all_sound,
+    estimator_for,
+    interrupted,
+    read_case,
+    recorded,
+    refuse_foreign,
+)
 from fingerdesign_cli.options import Options
 from fingerdesign_cli.terminal import opens, print_table, say, say_done, say_result
 
@@ -137,8 +147,20 @@ def _refuse_target(target: Target, with_estimator: bool) -> None:
             raise click.UsageError(f"{option} is for {' and '.join(takers)} alone")
 
 
+def _refuse_twice(target: Target) -> None:
+    """Raise DesignError for materials that are given several densities."""
+    counts = Counter(name for name, _ in target.densities)
+    remedy = "leave all but one out"
+    twice = [name for name, count in counts.items() if count > 1]
+    if twice:
+        raise DesignError([Fault("--density", each, "a material once", remedy) for each in twice])
+
+
 def _export_plant(design: Design, folder: Path, fidelity: str) -> int:
-    with recorded(UNITS[plant.FILE], folder) as (aside, show):
+    kind = UNITS[plant.FILE]
+    sound = (partial(plant.refuse_sliding, design), partial(gripped_case, design, fidelity))
+    all_sound(*sound, partial(refuse_foreign, kind, folder))
+    with recorded(kind, folder) as (aside, show):
         model = grip_problem(design, fidelity, report=show)
         content = plant.plant_fmu(model, design)
         write_whole(aside / plant.FILE, content)
@@ -158,12 +180,16 @@ def _show_unit(path: Path, content: bytes, about: dict[str, Any]) -> int:
 
 def _export_finger(design: Design, folder: Path, target: Target) -> int:
     from fingerdesign.robots.describe import FOLDERS, describe, mjcf, urdf
+    from fingerdesign.robots.rigid import densities
 
     record = {"mjcf": "xml", "urdf": "urdf"}[target.to]
     kind, write = FOLDERS[record], {"xml": mjcf, "urdf": urdf}[record]
+    given = dict(target.densities)
+    sound = (partial(_refuse_twice, target), partial(densities, design, given))
+    all_sound(*sound, partial(refuse_foreign, kind, folder))
     with recorded(kind, folder) as (aside, show):
         show("drawing the finger")
-        finger = describe(design, aside, dict(target.densities), target.flex_mm)
+        finger = describe(design, aside, given, target.flex_mm)
         write_whole(aside / f"finger.{record}", write(finger))
     meshes = sorted(path.name for path in finger.meshes.values())
     grams, sites = 1e3 * finger.mass, len(finger.sites)

@@ -149,6 +149,14 @@ def test_a_state_is_set_back(unit, tmp_path):
     assert np.abs(found[0]).min() > 0.0
 
 
+def test_what_the_unit_does_not_know_is_refused_before_any_work(tmp_path, terminal):
+    file = tmp_path / "sliding.toml"
+    file.write_text('design.name = "sliding"\n[plates]\ncount = 1\n[grip]\nkinetic_share = 0.8\n')
+    err = terminal("export", "--to", "fmu-plant", file, "--out", tmp_path, code=2).err
+    starts = [each.partition(":")[0] for each in err.splitlines()]
+    assert starts == ["grip.kinetic_share = 0.8", "plates.count = 1"]
+
+
 def test_what_does_not_fit_is_refused(finger):
     design, problem = finger
     with pytest.raises(DesignError, match=r"grip\.kinetic_share = 0\.8: must be 1"):

@@ -112,7 +112,9 @@ def test_export_writes_the_finger_or_says_what_is_wrong(tmp_path, terminal):
     assert set(printed["files"]) == {path.name for path in (tmp_path / "feeler").iterdir()}
     heavier = terminal(*given, "--density", "silicone", "2.2", "--json").out
     assert json.loads(heavier)["mass_g"] > 1.7 * printed["mass_g"]
-    assert "--density = gold" in terminal(*given, "--density", "gold", "19", code=2).err
+    twice = [*("--density", "silicone", "1"), *("--density", "silicone", "2")]
+    wrong = terminal(*given, *twice, "--density", "gold", "19", code=2).err.splitlines()
+    assert [each[:22] for each in wrong] == ["--density = silicone: ", "--density = gold: must"]
     for wrong in ("nan", "0", "-1", "31"):
         assert "--density" in terminal(*given, "--density", "silicone", wrong, code=2).err
     flexed = [*given[:3], "mjcf", "--out", tmp_path / "new", "--flex"]

@@ -35,15 +35,20 @@ _LEAST_PACKED = 0.5  # Of a finger's doubles 0.6 is left: beyond this nothing ne
 _LEFT_OUT_BITS = 18
 
 
+def refuse_sliding(design: Design) -> None:
+    """Raise DesignError for friction that falls where it slides: the unit knows no such."""
+    if (share := design.grip.kinetic_share) != 1.0:
+        remedy = "set it to 1: the unit knows one coefficient"
+        raise DesignError([Fault("grip.kinetic_share", share, "1", remedy)])
+
+
 def plant_fmu(problem: ContactProblem, design: Design) -> bytes:
     """The unit of a finger that is posed against a plane, with its readings and its friction.
 
-    Raises DesignError for a unit over MOST_BYTES, and for friction that falls where it slides.
+    Raises DesignError for a unit over MOST_BYTES, and as of :func:`refuse_sliding`.
     """
+    refuse_sliding(design)
     grip, model, (m, dim) = design.grip, problem.model, problem.shape
-    if grip.kinetic_share != 1.0:
-        remedy = "set it to 1: the unit knows one coefficient"
-        raise DesignError([Fault("grip.kinetic_share", grip.kinetic_share, "1", remedy)])
     places = {
         "@design@": design.design.name,
         "@nodes@": str(m),
