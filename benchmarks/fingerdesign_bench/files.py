@@ -46,7 +46,7 @@ def resumed(
 ) -> dict[str, Record]:
     """Return a record of each case by name: the journal's, or ``work(case)``, which is added.
 
-    Records that crashed are made again. A journal of another version is refused (JournalError).
+    Records that crashed are made again. A journal of another version is refused (DesignError).
     words: a name and its record in a line. workers: how many are made at once.
     """
     with Journal(path, "bench", version) as journal, ThreadPoolExecutor(workers) as pool:

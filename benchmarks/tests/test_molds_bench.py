@@ -12,7 +12,6 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.runtime.journal import JournalError
 
 REASON = "mold.limits.slot_mm = 0.2: must be at least 0.3; raise it"
 REFUSED = {"status": "refused", "reason": REASON, "remedy": "mold.limits.slot_mm = 0.3"}
@@ -43,7 +42,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path):
     found = run("one", c=3, b=2, a=1)
     assert sorted(called) == [1, 2, 2, 3]  # what crashed is made again
     assert {name: each["case"] for name, each in found.items()} == {"c": 3, "b": 2, "a": 1}
-    with pytest.raises(JournalError, match="version"):
+    with pytest.raises(DesignError, match="version"):
         run("another", a=1)
 
 

@@ -16,7 +16,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Self
 
-from fingerdesign.errors import FingerDesignError
+from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.runtime.files import BusyError, is_full, locked
 from fingerdesign.runtime.finite import finite_json
 
@@ -27,7 +27,7 @@ _BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 
 
 class JournalError(FingerDesignError):
-    """A journal is of something else, in use by another process, or cannot be written."""
+    """A journal is in use by another process, or cannot be written."""
 
 
 @contextmanager
@@ -50,7 +50,8 @@ class Journal:
     """Records (plain values, as of JSON) by key, in the order in which they were added.
 
     The file is made by the first record. A context manager; it may be used without, too. Raises
-    JournalError. identity: of the work; None reads a journal of any.
+    JournalError, and DesignError for a file of something else. identity: of the work; None reads a
+    journal of any.
     """
 
     def __init__(self, path: Path, kind: str, identity: str | None) -> None:
@@ -97,6 +98,10 @@ class Journal:
             raise JournalError(f"{self.path} cannot be written: {error}{remedy}") from error
         self._found |= records
 
+    def _foreign(self, what: str) -> DesignError:
+        remedy = "move it away, or choose another --out"
+        return DesignError([Fault("--out", str(self.path), what, remedy)])
+
     def close(self) -> None:
         """Let go of the file."""
         if self._base is not None:
@@ -121,26 +126,23 @@ class Journal:
         return base
 
     def _read(self) -> None:
-        choose = "choose another --out"
-        remedy = f"move it away, or {choose}"
-        what = f"{self.path} is no journal of {self._about['kind']}; {remedy}"
+        foreign = self._foreign(f"a journal of {self._about['kind']}")
         if not self.path.is_file():
-            raise JournalError(what)
+            raise foreign
         try:
             with self.path.open("rb") as stream:
                 begun = stream.read(len(_HEADER))
             if begun != _HEADER[: len(begun)]:
-                raise JournalError(what)
+                raise foreign
             if not begun:  # it was ended before its first record
                 return
             base = self._base = sqlite3.connect(self.path, _WAIT_S, check_same_thread=False)
             about = dict(base.execute("select key, value from about"))
             if any(about.get(key) != self._about[key] for key in ("format", "kind")):
-                raise JournalError(what)
+                raise foreign
             own = about["identity"]  # KeyError: it is not whole
             if self._about.get("identity", own) != own:
-                other = f"{self.path} is of another design, setting or version; {remedy}"
-                raise JournalError(other)
+                raise self._foreign("of this design, setting and version")
             rows = base.execute("select key, record from records order by rowid").fetchall()
             self._found = {str(key): finite_json(record) for key, record in rows}
         except OSError as error:
@@ -148,9 +150,9 @@ class Journal:
         except (sqlite3.Error, ValueError, TypeError, LookupError, RecursionError) as error:
             self.close()
             if _kind(error) in _BUSY:
-                busy = f"{self.path} is in use by another process; wait for it, or {choose}"
-                raise JournalError(busy) from error
-            raise JournalError(what) from error
+                busy = f"{self.path} is in use by another process; wait for it"
+                raise JournalError(f"{busy}, or choose another --out") from error
+            raise foreign from error
         except BaseException:
             self.close()
             raise

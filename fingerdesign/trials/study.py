@@ -85,8 +85,7 @@ def run_study(
     """Run every grip that the file ``journal`` does not hold yet, and sum up.
 
     The journal stays: the caller, who has written the study's files, may delete it. Raises
-    DesignError for wrong input, ResultError for a journal of something else, SolverError where a
-    process died.
+    DesignError for wrong input and a journal of something else, SolverError where a process died.
     """
     names = tuple(dict.fromkeys(controllers))
     refuse(grid, names)

@@ -11,7 +11,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from fingerdesign.errors import GeometryError
+from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.runtime import files, machine
 from fingerdesign.runtime.cache import Cache, CacheError
 from fingerdesign.runtime.isolate import ProcessError
@@ -245,8 +245,11 @@ def test_a_journal_keeps_records_in_their_order(tmp_path):
 def test_somebodys_file_is_left_alone(tmp_path):
     path = tmp_path / "j.sqlite"
     Journal(path, "a trial", "d").add({"a": 1})
-    for kind, identity, words in (("a trial", "e", "another design"), ("else", "d", "no journal")):
-        with pytest.raises(JournalError, match=words):
+    for kind, identity, words in (
+        ("a trial", "e", "of this design"),
+        ("else", "d", "a journal of"),
+    ):
+        with pytest.raises(DesignError, match=words):
             Journal(path, kind, identity)
     assert len(Journal(path, "a trial", None)) == 1
     path.unlink()
@@ -254,7 +257,7 @@ def test_somebodys_file_is_left_alone(tmp_path):
         base.execute("create table mine (x)")
     for content in (path.read_bytes(), b"notes", path.read_bytes()[:1000]):
         path.write_bytes(content)
-        with pytest.raises(JournalError, match="no journal of a trial"):
+        with pytest.raises(DesignError, match="a journal of a trial"):
             Journal(path, "a trial", "d")
         assert path.read_bytes() == content
     path.write_bytes(b"")  # ended before its first record
@@ -277,7 +280,7 @@ def test_a_journal_that_is_not_whole_is_refused(tmp_path, change):
     Journal(path, "a trial", "d").add({"a": 1})
     with closing(sqlite3.connect(path)) as base, base:
         base.execute(change)
-    with pytest.raises(JournalError, match="is no journal of a trial; move it away"):
+    with pytest.raises(DesignError, match="must be a journal of a trial; move it away"):
         Journal(path, "a trial", "d")
 
 
@@ -294,7 +297,7 @@ def test_a_journal_in_use_is_busy_and_a_pipe_is_none(tmp_path, monkeypatch):
         pass
     path.unlink()
     os.mkfifo(path)
-    with pytest.raises(JournalError, match="no journal"):
+    with pytest.raises(DesignError, match="a journal of"):
         Journal(path, "a trial", "d")
 
 

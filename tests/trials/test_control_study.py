@@ -18,7 +18,7 @@ from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.records.statistics import share_of
-from fingerdesign.runtime.journal import Journal, JournalError
+from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.train.result import finger_key
 from fingerdesign.trials import bench as bench_module
 from fingerdesign.trials.bench import failed_grip, tuned_grip
@@ -197,7 +197,7 @@ OPTIONS += ["--controller", "paper", "--controller", "oracle_1.2"]
 
 def test_a_damaged_journal_is_found_before_the_work(design, tmp_path):
     (tmp_path / "j").write_text("no journal")
-    with pytest.raises(JournalError, match="no journal of"):
+    with pytest.raises(DesignError, match="must be a journal of a control study"):
         run_study(design, ["oracle_1.2"], GRID, tmp_path / "j", StudyOptions(report=pytest.fail))
 
 

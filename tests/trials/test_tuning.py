@@ -13,7 +13,7 @@ from fingerdesign import load_design
 from fingerdesign.control.plants.remembered import Memory
 from fingerdesign.errors import DesignError
 from fingerdesign.records.base import json_schema
-from fingerdesign.runtime.journal import Journal, JournalError
+from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials import bench as trials_bench
 from fingerdesign.trials.bench import tuned_grip
@@ -224,7 +224,7 @@ def test_a_tuned_study_has_the_best_values_and_its_trials_are_stored(coarse, tmp
     assert path.read_bytes() == before
     assert again.data["tuning"] == tuning
     assert again.trials == found.trials
-    with pytest.raises(JournalError, match="of another design"):
+    with pytest.raises(DesignError, match="of this design, setting"):
         run_study(coarse, names, replace(GRID, seed=1), path, TUNED)
 
 
