@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
-from fingerdesign.analysis.answers import PAGE, cached_answer, is_cached, missing
+from fingerdesign.analysis.answers import DESIGN, PAGE, cached_answer, is_cached, missing
 from fingerdesign.analysis.case import TOLERANCE, Case
 from fingerdesign.analysis.page.tables import detail_tables
 from fingerdesign.analysis.verdicts import verdict_view
@@ -243,7 +243,9 @@ def grip(
         _say_failure(result)
     facts = _facts(result, out) | {"grips": [asdict(each) for each in result.grips]}
     page = out / result.design / PAGE
-    terminal.say_result(lambda: facts, partial(_show_grips, result, out, str(design_file)), page)
+    # The design next to the result has the controller of the option.
+    file = out / result.design / DESIGN if lift.controller else design_file
+    terminal.say_result(lambda: facts, partial(_show_grips, result, out, str(file)), page)
     return 0 if result.status == "ok" else 1
 
 

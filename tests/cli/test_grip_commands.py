@@ -137,6 +137,21 @@ def test_every_decision_on_grips_can_be_taken_in_3d(tmp_path, terminal):
     assert len(keys) == 2
 
 
+@pytest.mark.slow
+def test_a_fix_keeps_the_controller_of_the_option(folder, importable, tmp_path, terminal):
+    (tmp_path / "idle.py").write_text(
+        "from fingerdesign.control.command import Command\n"
+        'class Hand:\n    name = "idle"\n'
+        "    def __init__(self, *given): ...\n"
+        "    def start(self, *given): ...\n"
+        "    def command(self, *given): return Command(0.0, 0.0, False)\n"
+    )
+    given = ["--controller", "idle:Hand", "--friction", "0.5", "--out", tmp_path / "out"]
+    shown = terminal("grip", folder / "coarse.toml", *given).out
+    (file,) = re.findall(r"fingerdesign optimise (\S+) --allow-code", shown)
+    assert load_design(file, allow_code=True).grip.controller == "idle:Hand"
+
+
 def test_a_finger_that_feels_nothing_cannot_grip(tmp_path, terminal):
     path = tmp_path / "plain.toml"
     path.write_text('design.name = "plain"\nplates.count = 0\n')
