@@ -8,6 +8,7 @@ import json
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,13 @@ _SHOWN = 8  # sentences of a sort; the record has all
 _Data = Mapping[str, Any]
 _Reader = Callable[[_Data, Path], "Look"]
 KINDS: list["Kind"] = []  # In the order in which they are looked for.
+_EXPORTED = {  # by `fingerdesign export`: the file that each target always writes
+    "finger.xml": "MuJoCo model",
+    "finger.urdf": "robot description",
+    "regulator.c": "regulator in C",
+    "regulator.fmu": "regulator as a mock-up unit",
+    "plant.fmu": "finger as a mock-up unit",
+}
 
 
 @dataclass(frozen=True)
@@ -313,6 +321,16 @@ def _identification(data: _Data, _: Path) -> Look:
     return Look(what, (), bad, facts, ("value", "found"), rows)
 
 
+def _exported(words: str, _: _Data, folder: Path) -> Look:
+    files = sorted(each.name for each in folder.iterdir() if each.name[0] != ".")
+    return Look(
+        f"{words} of {folder.resolve().name}, by export", facts=(f"files: {', '.join(files)}",)
+    )
+
+
+KINDS += [Kind(record, partial(_exported, words)) for record, words in _EXPORTED.items()]
+
+
 def kind_of(place: Path) -> Kind | None:
     """The kind of a folder; None where it is none that is known."""
     return next((kind for kind in KINDS if (place / kind.record).is_file()), None)
@@ -320,7 +338,8 @@ def kind_of(place: Path) -> Kind | None:
 
 def look_at(kind: Kind, place: Path) -> Look:
     """The content of a folder of that kind. ValueError and its like where it cannot be read."""
-    found = kind.look(json.loads(whole_text(place / kind.record)), place)
+    is_json = kind.record not in _EXPORTED
+    found = kind.look(json.loads(whole_text(place / kind.record)) if is_json else {}, place)
     cut = {key: [shown(each) for each in getattr(found, key)] for key in ("good", "bad", "facts")}
     rows = [[shown(str(cell)) for cell in row] for row in found.rows]
     return Look(shown(found.what), **cut, headings=found.headings, rows=rows)

@@ -207,6 +207,17 @@ def test_a_record_that_holds_nothing_is_refused(tmp_path, terminal):
     assert "run its command again" in terminal("view", tmp_path, code=2).err
 
 
+@pytest.mark.parametrize(
+    "record", ["finger.xml", "finger.urdf", "regulator.c", "regulator.fmu", "plant.fmu"]
+)
+def test_view_names_the_files_of_an_export(record, tmp_path, terminal):
+    for name in (record, "with.stl"):
+        (tmp_path / name).write_bytes(b"\xff")
+    (data,) = json.loads(terminal("view", tmp_path, "--json").out)
+    assert data["what"].endswith(f"of {tmp_path.name}, by export")
+    assert data["facts"] == [f"files: {', '.join(sorted((record, 'with.stl')))}"]
+
+
 @pytest.mark.parametrize("name", ["maeno2000", "both_ways"])
 def test_a_sketch_names_its_dimensions(name, tmp_path, terminal):
     terminal("view", name, "--out", tmp_path)
