@@ -201,3 +201,10 @@ def test_hashes_are_of_the_versions_that_are_pinned():
     assert {name: every.get(name) for name in hashed} == hashed
     lines = (ROOT / "hashes.txt").read_text("utf-8").splitlines()
     assert all(re.search(r" --hash=sha256:[0-9a-f]{64}$", each) for each in lines if each[0] != "#")
+
+
+def test_the_table_of_sizes_says_which_python_has_its_packages():
+    given = [sys.executable, "-S", "-E", ROOT / "tests" / "support" / "size.py"]  # no packages
+    found = subprocess.run(given, capture_output=True, text=True, timeout=60, check=False)
+    assert found.returncode == 1
+    assert re.fullmatch(r"No module named '.*': run it by .venv/bin/python.*\n", found.stderr)

@@ -11,18 +11,25 @@ import ast
 import re
 import statistics
 import sys
-import tomllib
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 
-from packaging.requirements import Requirement
-
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "cli"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from tests.support.house import FUNCTION, ROOT, tree
-from tests.test_docs import PAGES, sentences
+try:
+    import tomllib
+
+    import click
+    from fingerdesign_cli.main import cli
+    from packaging.requirements import Requirement
+
+    from fingerdesign.design.schema import Design
+    from tests.support.house import FUNCTION, ROOT, tree
+    from tests.test_docs import PAGES, sentences
+except ModuleNotFoundError as missing:
+    sys.exit(f"{missing}: run it by .venv/bin/python, which has it")
 
 DIALECT = ("told", "kept", "said", "asked", "beside")
 BAD_FIRST_WORDS = {"What", "Whether", "How", "Of", "Where", "As", "If", "When", "Why"}
@@ -172,9 +179,6 @@ def template_statements() -> int:
 
 def commands() -> dict[str, int]:
     """Name the commands of the wheel that --help shows, each with the number of its options."""
-    import click
-    from fingerdesign_cli.main import cli
-
     context = click.Context(cli)
     found = {}
     for name in cli.list_commands(context):
@@ -187,8 +191,6 @@ def commands() -> dict[str, int]:
 
 def design_keys() -> int:
     """Count the keys of a design, in tables of tables too; those of one list entry once."""
-    from fingerdesign.design.schema import Design
-
     schema = Design.model_json_schema()
     definitions = schema.get("$defs", {})
 
