@@ -9,6 +9,7 @@ from fingerdesign.checks.grip import grip_faults
 from fingerdesign.checks.meshing import mesh_faults
 from fingerdesign.checks.placing import placing_findings
 from fingerdesign.checks.plates import gage_faults, plate_faults
+from fingerdesign.checks.remedies import Misplacement
 from fingerdesign.checks.spacing import spacing_findings
 from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.design.schema import Design
@@ -23,7 +24,7 @@ def design_faults(design: Design) -> list[Fault]:
     other, what plates and gages are by themselves.
     """
     body = body_faults(design.body)
-    faults = body + mesh_faults(design) + grip_faults(design) + mesh_file_faults(design.mesh)
+    faults = body + _beside_body(design)
     if not design.plates.number:
         return faults
     shaped = all(fault.key.startswith("body.core.") for fault in body)
@@ -31,7 +32,7 @@ def design_faults(design: Design) -> list[Fault]:
     if not shaped:  # below a flat top
         left_out |= {"shape": "block", "edge_radius_mm": None, "dome_radius_mm": None}
     rest = design.model_copy(update={"body": design.body.model_copy(update=left_out)})
-    own = plate_faults(rest) + gage_faults(rest)
+    own = _of_plates(rest)
     blamed = {fault.key for fault in own}
     placed = placing_faults(rest) if shaped else []
     return faults + own + [fault for fault in placed if fault.key not in blamed]
@@ -45,11 +46,9 @@ def placing_faults(design: Design) -> list[Fault]:
         wrong = body_faults(trial.body)
         if wrong or not sound_outline(trial.body):
             return {fault.key for fault in wrong} | {"body"}
-        own = plate_faults(trial) + gage_faults(trial)
-        found = placing_findings(trial) + spacing_findings(trial)
-        return {each.key for each in found} | {fault.key for fault in own}
+        return {each.key for each in (*_findings(trial), *_of_plates(trial))}
 
-    every = placing_findings(design) + spacing_findings(design)
+    every = _findings(design)
     before = {found.key for found in every}
     return [found.fault(design, before, keys) for found in every]
 
@@ -57,7 +56,18 @@ def placing_faults(design: Design) -> list[Fault]:
 def is_sound(design: Design) -> bool:
     """Tell whether :func:`design_faults` finds nothing; faster where it does, for it seeks no
     remedy."""
-    if body_faults(design.body) or mesh_faults(design) or grip_faults(design):
+    if body_faults(design.body) or _beside_body(design):
         return False
-    among = (plate_faults, gage_faults, placing_findings, spacing_findings)
-    return not (design.plates.number and any(found(design) for found in among))
+    return not (design.plates.number and (_of_plates(design) or _findings(design)))
+
+
+def _beside_body(design: Design) -> list[Fault]:
+    return mesh_faults(design) + grip_faults(design) + mesh_file_faults(design.mesh)
+
+
+def _of_plates(design: Design) -> list[Fault]:
+    return plate_faults(design) + gage_faults(design)
+
+
+def _findings(design: Design) -> list[Misplacement]:
+    return placing_findings(design) + spacing_findings(design)

@@ -43,6 +43,10 @@ def keys(**tables):
     return found
 
 
+def test_a_design_whose_mesh_file_is_absent_is_not_sound(tmp_path):
+    assert keys(mesh={"mesher": "file", "file": str(tmp_path / "absent.msh")}) == ["mesh.file"]
+
+
 def remedy_value(fault, words):
     return float(re.search(re.escape(words) + r" ([-0-9.]+)", fault.remedy).group(1))
 
