@@ -17,7 +17,8 @@ from fingerdesign.records.result import (
     Result,
 )
 from fingerdesign.search.compare.read import read_comparison
-from fingerdesign.search.compare.recommend import Bound, Objective
+from fingerdesign.search.compare.recommend import Bound, Objective, recommend
+from fingerdesign.search.compare.words import summary
 from tests.support.any_outcomes import any_outcomes
 from tests.support.result_folders import write_result_folder
 
@@ -50,6 +51,20 @@ def test_study_folder(tmp_path):
     assert found.facts.constraints == (Bound("peak_ratio", None, 3),)
     assert found.facts.record == {"seed": "7", "parameters: plates.count": "[9, 11]"}
     assert not found.facts.assumed_objectives
+
+
+def test_outcomes_that_are_missing_are_warned_of(tmp_path):
+    whole, part = (write_study(tmp_path / f"{n}", MADE[:n], name="mine") for n in (len(MADE), 8))
+    for folder in (whole, part):
+        record = {"name": "mine", "outcomes": {"all": len(MADE)}}
+        (folder / "study.json").write_text(json.dumps(record), encoding="utf-8")
+    for path, name in ((part, "mine"), (part / "outcomes.jsonl", "outcomes.jsonl")):
+        found = read_comparison([path])
+        best = recommend(found.outcomes, found.facts.objectives, found.facts.constraints)
+        for each in (best, replace(best, chosen=None)):
+            words = summary(found.outcomes, found.facts, each).warnings[0]
+            assert words.startswith(f"{name} holds 8 of the {len(MADE)} outcomes")
+    assert not read_comparison([whole, whole / "outcomes.jsonl"]).facts.missing
 
 
 def test_one_digest_stands_once_and_designs_of_one_name_are_distinguished(tmp_path):

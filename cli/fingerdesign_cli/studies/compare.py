@@ -156,6 +156,7 @@ def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, o
         },
         "front": [outcomes[number].name for number in best.front],
         "objectives": [{"metric": each.metric, "goal": each.goal} for each in facts.objectives],
+        "warnings": list(summary(outcomes, facts, best).warnings),
     }
 
 

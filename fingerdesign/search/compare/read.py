@@ -1,7 +1,7 @@
 """Outcomes to compare, read from wherever they are: studies, lists of outcomes, analyses."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
@@ -328,7 +328,8 @@ def _facts(
     several = f"{len(sources)} sources" if many else "".join(each.name for each in sources)
     places = [str(source.place) for source in sources]
     facts = facts_of(several, outcomes, *_goals(sources, objectives), record, places)
-    return replace(facts, best_of=sum(_rows(source) for source in sources))
+    missing = tuple(filter(None, map(_missing, sources)))
+    return replace(facts, best_of=sum(_rows(source) for source in sources), missing=missing)
 
 
 def _goals(
@@ -345,9 +346,27 @@ def _goals(
 
 def _rows(source: _Source) -> int:
     """Outcomes of a large study, of which the best are read; 0 of any other source."""
-    counts = source.record.get("outcomes") if source.columns is not None else None
+    return _counted(source.record) if source.columns is not None else 0
+
+
+def _counted(record: Mapping[str, Any]) -> int:
+    """Outcomes that the record of a study counts; 0 where it does not."""
+    counts = record.get("outcomes")
     every = counts.get("all", 0) if isinstance(counts, dict) else 0
     return every if isinstance(every, int) else 0
+
+
+def _missing(source: _Source) -> str:
+    """A sentence where a file of outcomes has not as many as the record beside it counts."""
+    alone = source.place.name == OUTCOMES_FILE
+    record = _record(source.place.with_name(STUDY_FILE)) if alone else source.record
+    every, read = _counted(record), len(source.outcomes)
+    if source.columns is not None or every in (0, read):
+        return ""
+    return (
+        f"{source.name} holds {read} of the {every} outcomes that its {STUDY_FILE} counts: run the "
+        "study again"
+    )
 
 
 def _texts(record: dict[str, Any]) -> list[tuple[str, str]]:

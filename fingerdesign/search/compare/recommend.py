@@ -86,7 +86,8 @@ class StudyFacts:
 
     assumed_objectives: the user named none. record: further facts, name -> text (sampling, seed,
     digest of the study, ...). sources: where the outcomes were read. best_of: how many outcomes
-    large studies have, of which only the best are compared.
+    large studies have, of which only the best are compared. missing: a sentence a study whose file
+    has not as many outcomes as its record counts.
     """
 
     name: str
@@ -97,6 +98,7 @@ class StudyFacts:
     record: dict[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
     best_of: int = 0
+    missing: tuple[str, ...] = ()
 
 
 def known_metrics(outcomes: Iterable[Outcome]) -> tuple[Metric, ...]:

@@ -65,10 +65,11 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
         lead += f" · scene {of['scene']} · {of['where']}"
     failed = [Verdict("warning", "failures", f"{of['failed']} of {of['all']} designs failed")]
     failed = failed if of["failed"] else []
+    missing = tuple(map(shown, facts.missing))
     if found.chosen is None:
         why = " ".join(sentences(WORDS, "why_none", of))
         none = Verdict("fail", "no finger is recommended", "no design meets all that is required")
-        return Summary(lead, counts, (none, *failed), "", why)
+        return Summary(lead, counts, (none, *failed), "", why, warnings=missing)
     chosen = outcomes[found.chosen]
     objectives = [
         _objective(outcomes, facts, found, objective, best)
@@ -90,7 +91,7 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
         name,
         " ".join(sentences(WORDS, "why", of, objectives)),
         sentences(WORDS, "given_up", objectives),
-        sentences(WORDS, "warnings_of", of, chosen.validity, warnings),
+        (*missing, *sentences(WORDS, "warnings_of", of, chosen.validity, warnings)),
         {shown(k): shown(value_text(v)) for k, v in chosen.values.items() if v is not None},
         _table(name, objectives),
     )
