@@ -58,13 +58,35 @@ def test_outcomes_that_are_missing_are_warned_of(tmp_path):
     for folder in (whole, part):
         record = {"name": "mine", "outcomes": {"all": len(MADE)}}
         (folder / "study.json").write_text(json.dumps(record), encoding="utf-8")
-    for path, name in ((part, "mine"), (part / "outcomes.jsonl", "outcomes.jsonl")):
+    for path in (part, part / "outcomes.jsonl"):
         found = read_comparison([path])
         best = recommend(found.outcomes, found.facts.objectives, found.facts.constraints)
         for each in (best, replace(best, chosen=None)):
             words = summary(found.outcomes, found.facts, each).warnings[0]
-            assert words.startswith(f"{name} holds 8 of the {len(MADE)} outcomes")
+            assert words.startswith(f"{path} holds 8 of the {len(MADE)} outcomes")
     assert not read_comparison([whole, whole / "outcomes.jsonl"]).facts.missing
+
+
+def test_shards_are_compared_in_one_order_whatever_theirs_is(tmp_path):
+    first, second = (
+        write_study(tmp_path / f"s.{k + 1}-of-2", MADE[k::2], name="s", digest="d") for k in (0, 1)
+    )
+    found = read_comparison([second, first])
+    assert found == read_comparison([first, second]) == read_comparison([tmp_path])
+    assert found.outcomes == MADE
+
+
+def test_shards_given_twice_or_of_another_study_are_refused(tmp_path):
+    shards = [
+        write_study(tmp_path / f"s.{k}-of-3", MADE[k::3], name="s", digest=digest)
+        for k, digest in ((1, "d"), (2, "d"), (3, "other"))
+    ]
+    with pytest.raises(DesignError) as refusal:
+        read_comparison([*shards, shards[0] / "." / "../s.1-of-3"])
+    other, twice = map(str, refusal.value.faults)
+    assert "s.3-of-3" in other
+    assert "a shard of the study that s.1-of-3 is of" in other
+    assert "leave the second one out" in twice
 
 
 def test_one_digest_stands_once_and_designs_of_one_name_are_distinguished(tmp_path):

@@ -1,10 +1,11 @@
 """Outcomes to compare, read from wherever they are: studies, lists of outcomes, analyses."""
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain
+from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,7 @@ OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
 _MOST_LINE = 10_000_000  # characters: an outcome with its traces takes a hundredth of that
 _FINGER = ("body.", "plates.", "gages.", "materials.")
 _NO_VALUES = (".content", ".source")  # of a file, of a material: in words elsewhere
+_SHARD = re.compile(r"(.+)\.\d+-of-\d+")  # the folder of a study's shard
 DIGITS = 8  # of a digest, where nothing else tells designs apart
 
 
@@ -62,6 +64,11 @@ class _Source:
         """The study's, or the folder's or file's."""
         return str(self.record.get("name", self.place.name))
 
+    @property
+    def study(self) -> str:
+        """The digest of its study; of no study its place."""
+        return str(self.record.get("digest", self.place))
+
     def lacks(self, metrics: set[str]) -> bool:
         """True for a good analysis without one of the metrics."""
         own = self.outcomes[0]
@@ -71,14 +78,15 @@ class _Source:
 def read_comparison(
     paths: Sequence[Path], objectives: Sequence[Objective] = (), work: Work | None = None
 ) -> Comparison:
-    """The outcomes of all ``paths``, in their order.
+    """The outcomes of all ``paths``, in their order; those of one study by name.
 
     A path is a study's folder (outcomes.jsonl, study.json), of a large study (outcomes.sqlite) the
     best (see large.py), a file of outcomes (a line each), a
     result of `analyse` (its folder or result.json), or a folder of any of these folders. Given
     ``objectives`` replace those of the studies. Raises DesignError with every path that is none of
-    these, and for a line that is no whole outcome. Different outcomes of one name are renamed: by
-    their source, else by scene or fidelity, else by digest. With ``work``, which makes outcomes of
+    these or given twice, for shards of different studies, and for a line that is no whole outcome.
+    Different outcomes of one name are renamed: by their source, else by scene or fidelity, else by
+    digest. With ``work``, which makes outcomes of
     jobs, results of `analyse` get the metrics that they lack and others have or ask for.
     """
     sources: list[_Source] = []
@@ -90,13 +98,44 @@ def read_comparison(
             faults.append(error)
     if faults:
         raise DesignError.together(faults)
-    sources = _with_best(sources, objectives)
+    sources = _with_best(_arranged(sources), objectives)
     if work is not None:
         sources = _completed(sources, objectives, work)
-    every_one = (outcome for source in sources for outcome in source.outcomes)
+    every_one = chain.from_iterable(
+        _by_name([*shards]) for _, shards in groupby(sources, lambda source: source.study)
+    )
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
     outcomes = _with_varied(_distinct(outcomes, sources))
     return Comparison(outcomes, _facts(sources, outcomes, objectives))
+
+
+def _arranged(sources: Sequence[_Source]) -> list[_Source]:
+    """The sources, shards of one study together and by place: the order of paths changes nothing.
+
+    DesignError for a place that is given twice, and for shards in one folder of different studies.
+    """
+    faults, seen, shards = list[Fault](), set[Path](), dict[Path, _Source]()
+    for each in sources:
+        place = each.place.resolve()
+        if place in seen:
+            faults.append(Fault("RESULT", each.place, "given once", "leave the second one out"))
+        seen.add(place)
+        if shard := _SHARD.fullmatch(place.name):
+            first = shards.setdefault(place.with_name(shard[1]), each)
+            if first.study != each.study:
+                bound = f"a shard of the study that {first.place.name} is of"
+                remedy = "run the shard again, or move it to another folder"
+                faults.append(Fault("RESULT", each.place, bound, remedy))
+    if faults:
+        raise DesignError(faults)
+    given = [each.study for each in sources]
+    return sorted(sources, key=lambda each: (given.index(each.study), each.place))
+
+
+def _by_name(sources: Sequence[_Source]) -> list[Outcome]:
+    """The outcomes of a study; of one in several places by name."""
+    every = [outcome for source in sources for outcome in source.outcomes]
+    return every if len(sources) == 1 else sorted(every, key=lambda outcome: outcome.name)
 
 
 def _with_best(sources: Sequence[_Source], objectives: Sequence[Objective]) -> list[_Source]:
@@ -364,8 +403,8 @@ def _missing(source: _Source) -> str:
     if source.columns is not None or every in (0, read):
         return ""
     return (
-        f"{source.name} holds {read} of the {every} outcomes that its {STUDY_FILE} counts: run the "
-        "study again"
+        f"{source.place} holds {read} of the {every} outcomes that its {STUDY_FILE} counts: "
+        "run the study again"
     )
 
 
