@@ -162,11 +162,18 @@ def say(text: str, **style: Any) -> None:
 
 def say_marked(mark: str, text: str) -> None:
     """A sentence behind a mark, in lines of at most 80 characters but for longer words (paths)."""
-    lines = textwrap.wrap(
-        printable(text), WIDTH - 4, break_long_words=False, break_on_hyphens=False
-    )
-    for place, words in enumerate(lines):
+    for place, words in enumerate(_wrapped(text, WIDTH - 4)):
         click.echo(f"  {mark if place == 0 and mark else ' '} {words}".rstrip())
+
+
+def say_wrapped(text: str, err: bool = False) -> None:
+    """A sentence in lines of at most 80 characters but for longer words (paths)."""
+    for place, words in enumerate(_wrapped(text, WIDTH - 2)):
+        click.echo(f"  {words}" if place else words, err=err)
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return textwrap.wrap(printable(text), width, break_long_words=False, break_on_hyphens=False)
 
 
 def say_details(warnings: Sequence[str], tables: Sequence[ResultTable]) -> None:

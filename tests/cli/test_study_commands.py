@@ -2,12 +2,15 @@
 
 import json
 import os
+import re
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from fingerdesign_cli.studies.progress import SearchProgress
+from fingerdesign_cli.studies.progress import SearchProgress, StudyProgress
 
+from fingerdesign.records.outcome import Failure
 from fingerdesign.search.compare.read import read_comparison
 from fingerdesign.search.run.run import Standing
 from tests.support.any_outcomes import any_outcomes
@@ -171,6 +174,19 @@ def test_page_and_csv(outcomes, page, tmp_path, terminal):
     reported = json.loads(terminal("compare", outcomes, "--out", page, "--json", "--complete").out)
     assert reported["designs"] == 12
     assert reported["recommended"] in reported["front"]
+
+
+def test_warnings_fit_80_columns_and_name_the_variant(outcomes, terminal, in_tmp_path, capsys):
+    shown = terminal("compare", outcomes.name, "--out", "c.html").out
+    chosen = re.search(r"recommended: (\w+)", shown)[1]
+    assert f"warning: {chosen} was analysed in plane strain" in shown
+    failed = next(each for each in MADE if each.failure)
+    failed = replace(failed, failure=Failure("failed", "No mesh. " * 20))
+    say = StudyProgress(lambda *_: None, None)
+    say(Standing(1, 2, 1, 0, 0, 1.0, outcome=failed))
+    shown += (reported := capsys.readouterr().err)
+    assert reported.startswith(f"{failed.name} without a result")
+    assert max(map(len, shown.splitlines())) <= 80
 
 
 @pytest.mark.parametrize(

@@ -163,7 +163,7 @@ def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, o
 def _show(found: Comparison, best: Recommendation, page: Path) -> None:
     head = summary(found.outcomes, found.facts, best)
     _show_designs(found, best)
-    click.echo(head.counts)
+    terminal.say_wrapped(head.counts)
     say_recommended(head)
     if head.table is not None:
         terminal.print_table(
@@ -174,9 +174,9 @@ def _show(found: Comparison, best: Recommendation, page: Path) -> None:
                 "", "±: twice the deviation by chance, as of another mesh or another seed"
             )
     for sentence in head.given_up:
-        click.echo(f"  better elsewhere: {sentence}")
+        terminal.say_marked("", f"better elsewhere: {sentence}")
     for sentence in head.warnings:
-        click.echo(f"warning: {sentence}")
+        terminal.say_wrapped(f"warning: {sentence}")
     click.echo(f"report: {page}")
 
 

@@ -9,12 +9,11 @@ from typing import Any
 
 import click
 
-from fingerdesign.errors import printable
 from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.runtime.progress import Progress
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.run import Standing
-from fingerdesign_cli.terminal import as_json, quiet
+from fingerdesign_cli.terminal import as_json, quiet, say_wrapped
 
 # The kinds of failures, as a user reads them.
 FAILURE_WORDS = {
@@ -84,8 +83,8 @@ class StudyProgress:
             return
         why = " ".join(failure.sentence.split())
         more = "; the report will have the causes of further failures"
-        reason = printable(f"{name} {FAILURE_WORDS[failure.kind]}: {why}")
-        click.echo(reason + more * (self._failures == _FAILURES), err=True)
+        reason = f"{name} {FAILURE_WORDS[failure.kind]}: {why}"
+        say_wrapped(reason + more * (self._failures == _FAILURES), err=True)
 
 
 def words(standing: Standing) -> str:

@@ -64,7 +64,7 @@ def _say_end(kinds: Mapping[str, int], target: Path) -> None:
     elif not terminal.quiet():
         click.echo(f"report: {page}")
     elif failures:
-        click.echo(f"{failures} of {every} failed: causes in {_causes(target)}", err=True)
+        terminal.say_wrapped(f"{failures} of {every} failed: causes in {_causes(target)}", err=True)
     terminal.open_page(page)
 
 
@@ -75,7 +75,8 @@ def _causes(target: Path) -> Path:
 
 def say_recommended(found: Summary) -> None:
     """Print the recommended design with its values, or why there is none."""
-    click.echo(f"recommended: {found.recommended}. {found.why}" if found.recommended else found.why)
+    chosen = f"recommended: {found.recommended}. " if found.recommended else ""
+    terminal.say_wrapped(f"{chosen}{found.why}")
     for key, value in found.values.items():
         click.echo(f"  {key} = {value}")
 
@@ -155,7 +156,7 @@ def optimise(
         line({"folder": str(target), **found.data()})
     elif not terminal.quiet():
         for sentence in (*found.sentences(), *verdict(found)):
-            click.echo(sentence)
+            terminal.say_wrapped(sentence)
         for table in tables(found):
             terminal.print_table(table.caption, table.columns, table.rows)
     _say_end(kinds_of([*outcomes, *found.again]), target)
@@ -283,7 +284,9 @@ def _warn_of_another(target: Path, text: str) -> None:
     former = target / "study.toml"
     if former.is_file() and former.read_text("utf-8", "replace") != text:
         remedy = "give it a study.name of its own, or another --out, to keep both"
-        click.echo(f"{target} is of another study.toml, and is replaced; {remedy}", err=True)
+        terminal.say_wrapped(
+            f"{target} is of another study.toml, and is replaced; {remedy}", err=True
+        )
 
 
 @interrupted(GOES_ON)
@@ -355,13 +358,13 @@ def _show(
     facts = found.facts
     best = recommend(found.outcomes, facts.objectives, facts.constraints)
     head = summary(found.outcomes, facts, best)
-    click.echo(head.counts)
+    terminal.say_wrapped(head.counts)
     counts = _counts(every, last)
     kinds = counts["failures_by_kind"]
     assert isinstance(kinds, dict)
     if kinds:
         reported = ", ".join(f"{number} {FAILURE_WORDS[kind]}" for kind, number in kinds.items())
-        click.echo(f"failed: {reported}; causes in {_causes(target)}")
+        terminal.say_wrapped(f"failed: {reported}; causes in {_causes(target)}")
     if set(kinds) & set(run.TRANSIENT):
         click.echo("--retry runs these again, with the limits that the study has now")
     if counts["computed"] == 0 and counts["from_store"]:

@@ -91,7 +91,7 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
         name,
         " ".join(sentences(WORDS, "why", of, objectives)),
         sentences(WORDS, "given_up", objectives),
-        (*missing, *sentences(WORDS, "warnings_of", of, chosen.validity, warnings)),
+        (*missing, *sentences(WORDS, "warnings_of", name, of, chosen.validity, warnings)),
         {shown(k): shown(value_text(v)) for k, v in chosen.values.items() if v is not None},
         _table(name, objectives),
     )
