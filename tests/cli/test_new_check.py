@@ -270,3 +270,7 @@ def test_what_fixed_keys_make_impossible_is_named_as_theirs(tmp_path, terminal):
     given = '[fixed]\n"mesh.section.far_size_mm" = 0.001\n"body.core.height_mm" = 90.0\n'
     study.write_text(f"{text}{given}[parameters]\nplates.count = [3, 5]\n", "utf-8")
     assert 'fixed."' in terminal("check", study, code=2).err
+    given = '[fixed]\n"mesh.mesher" = "file"\n"mesh.file" = "none.msh"\n'
+    study.write_text(f"{text}{given}[parameters]\nplates.count = [3, 5]\n", "utf-8")
+    assert 'fixed."mesh.file" = ' in terminal("check", study, code=2).err
+    assert 'fixed."mesh.file" = ' in terminal("sweep", study, code=2).err

@@ -15,6 +15,7 @@ from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.design.faults import dotted, fault_of, shown, undexed
 from fingerdesign.design.io import design_data, distinct
 from fingerdesign.design.keys import parts_of, set_value
+from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import shipped_names
 from fingerdesign.errors import DesignError, Fault
@@ -289,9 +290,10 @@ def base_design(study: Study, folder: Path | None = None) -> Design:
             return with_values(found, {**fixed, **middle})
         except DesignError:
             own = _bare(found, {**fixed, **middle}) or _bare(found, fixed)
-            if own is None:
+            unread = mesh_file_faults(own.mesh) if own and "mesh.file" in study.fixed else ()
+            if own is None or unread:
                 keys = _plain_keys(study)[0]
-                faults = [_fixed_key(each, keys) or each for each in error.faults]
+                faults = [_fixed_key(each, keys) or each for each in unread or error.faults]
                 raise DesignError(faults) from None
             return own
 
