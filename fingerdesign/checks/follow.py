@@ -4,8 +4,9 @@ With w = m g / 2 the weight that a finger carries and mu the least friction of t
 that keeps twice the least force presses with F = 2 w / mu. ``approach_for`` forecasts how deep
 that is; the forces are parts of w. Moves are parts of that depth in plane strain, where a domed
 finger is stiffer than it is: they are small enough for both. At 500 g on a rubber of 5 MPa all are
-near the defaults of ``[grip]``. Of a range of masses the heaviest sets the travel; the lightest
-sets steps and forces, which else would exceed all that it may be held with.
+near the defaults of ``[grip]``. Of a range of masses the heaviest, with the most that pulls at it
+until the end, sets the travel; the lightest sets steps and forces, which else would exceed all that
+it may be held with.
 """
 
 import math
@@ -82,7 +83,7 @@ def followed(design: Design) -> Design:
     missing = set(Grip.FOLLOWING) - grip.model_fields_set
     if grip.defaults == "fixed" or not missing:
         return design
-    light, heavy = grip.lightest_g, grip.heaviest_g
+    light, heavy, pulled = grip.lightest_g, grip.heaviest_g, grip.pulled_g(grip.heaviest_g)
     weight = weight_per_finger(light)
     values: dict[str, Any] = {key: getattr(grip, key) for key in grip.model_fields_set}
 
@@ -96,10 +97,10 @@ def followed(design: Design) -> Design:
         return min(_TRAVEL * needed, most)
 
     share, friction = _FUNDAMENTAL
-    follow("max_approach_mm", lambda: travel(design, heavy), 50.0)
+    follow("max_approach_mm", lambda: travel(design, pulled), 50.0)
     most = values["max_approach_mm"]
     drawn = most
-    if light < heavy or not design.body.straight:
+    if light < pulled or not design.body.straight:
         drawn = min(most, travel(_section(design), light))
     follow("preload_mm", lambda: 0.05 * drawn, 50.0)
     follow("approach_step_mm", lambda: drawn / 150.0, 5.0)

@@ -26,7 +26,7 @@ from fingerdesign.control.plants.plant import (
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.roster import Command, Controller, make_controller
 from fingerdesign.control.signals import Calibration, Sample
-from fingerdesign.design.grip import Grip, pull_at
+from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.result import GripEnding, GripResult
@@ -281,14 +281,7 @@ def run_episodes(
         estimator = estimator.at_noise(grip.hardware.gage_noise_microstrain)
 
     law = rig.problem.law.name
-    spans = [(each.step_after_lift, each.duration_steps) for each in grip.tugs]
-    spans += [(each.step_after_lift, 1) for each in grip.weight_changes]
-    pulls = (
-        pull_at(first + k, object_mass_g, grip.tugs, grip.weight_changes)
-        for first, steps in spans
-        for k in range(steps)
-    )
-    most = max(pulls, default=None)
+    most = grip.most_pull(object_mass_g)
 
     def run(plant: Plant, friction: float, hand: Controller) -> Episode:
         after = grip.hold_steps

@@ -380,6 +380,21 @@ class Grip(Table):
             return None
         return float(f"{np.sqrt(self.lightest_g * self.heaviest_g):.3g}")
 
+    def most_pull(self, mass_g: float) -> float | None:
+        """The most that pulls at an object in the steps of tugs and changes of its mass, N; None
+        without any. It changes only where one of them begins or ends."""
+        spans = [(each.step_after_lift, each.duration_steps) for each in self.tugs]
+        spans += [(each.step_after_lift, 1) for each in self.weight_changes]
+        steps = {first for first, _ in spans}
+        ends = {first + count for first, count in spans}
+        steps |= {end for end in ends if any(0 <= end - first < count for first, count in spans)}
+        pulls = (pull_at(step, mass_g, self.tugs, self.weight_changes) for step in steps)
+        return max(pulls, default=None)
+
+    def pulled_g(self, mass_g: float) -> float:
+        """The mass that weighs as much as the most that pulls at an object until the end, g."""
+        return max(mass_g, 1e3 * (self.most_pull(mass_g) or 0.0) / GRAVITY)
+
     @model_validator(mode="before")
     @classmethod
     def _without_auto(cls, data: Any) -> Any:

@@ -77,6 +77,26 @@ def test_moves_that_crush_a_lighter_object_or_in_stiffer_rubber_are_forecast():
     assert "6.4 times" in held[0]  # without hold_force_N, which is the paper's
 
 
+def test_a_lift_is_forecast_for_the_most_that_pulls_until_the_end():
+    keys = {"grip.plant": "lift", "grip.hold_steps": 9, "grip.defaults": "follow"}
+    keys |= {"grip.max_approach_mm": "auto", "grip.preload_mm": "auto"}
+    light, heavy = (
+        with_values(load_design("film_tees"), {**keys, "grip.object_mass_g": mass})
+        for mass in (500.0, 5000.0)
+    )
+    heavier = {"grip.weight_changes": [{"step_after_lift": 3, "object_mass_g": 5000.0}]}
+    later = with_values(light, heavier)
+    for own, alone in zip(lifts(later), lifts(heavy), strict=True):
+        assert own.object_mass_g == 500.0
+        for key in ("normal_force_N", "tangential_force_N", "approach_mm"):
+            assert getattr(own, key) == pytest.approx(getattr(alone, key))
+    assert later.grip.max_approach_mm == heavy.grip.max_approach_mm > light.grip.max_approach_mm
+    assert later.grip.preload_mm == pytest.approx(light.grip.preload_mm, rel=0.01)
+    fixed = {"grip.max_approach_mm": light.grip.max_approach_mm}
+    words = [each for lift in lifts(with_values(later, fixed)) for each in lift.remedies]
+    assert any("a lift of 500 g, pulled later as by 5000 g, at a friction" in e for e in words)
+
+
 @pytest.mark.slow
 def test_the_soft_dome_s_are_in_3d():
     """The heavier object needs the larger contact zone: its model serves both. Two thick plates,

@@ -6,7 +6,7 @@ import pytest
 from fingerdesign.checks.load import load_design, parse_design, with_values, without_plates
 from fingerdesign.design.digest import LATER, content_digest
 from fingerdesign.design.former import FIRST_NAMES
-from fingerdesign.design.grip import GRAVITY, Tug, WeightChange, pull_at
+from fingerdesign.design.grip import GRAVITY, Grip, Tug, WeightChange, pull_at
 from fingerdesign.design.io import dump_design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import Hole, PlateFrame
@@ -278,6 +278,11 @@ def test_what_pulls_at_the_object_is_its_weight_by_then_and_the_tugs_that_last()
     masses, extra = np.array([200.0, 300.0, 300.0, 100.0, 100.0]), [0.0, 1.0, 1.0, 0.5, 0.0]
     found = [pull_at(step, 200.0, tugs, changes) for step in range(1, 6)]
     assert found == pytest.approx(1e-3 * GRAVITY * masses + extra)
+    grip = Grip(tugs=tuple(tugs), weight_changes=tuple(changes))
+    assert grip.most_pull(200.0) == max(found[1:4])
+    tugs[1] = Tug(step_after_lift=2, extra_force_N=-0.5)  # ends while the other lasts
+    assert Grip(tugs=tuple(tugs)).most_pull(200.0) == pytest.approx(2e-1 * GRAVITY + 1.0)
+    assert Grip().most_pull(200.0) is None
 
 
 BEFORE_MOLDS = {

@@ -34,7 +34,8 @@ _FACET = 0.87  # area to a node of a mesh of triangles, over the square of their
 
 @dataclass(frozen=True, kw_only=True)
 class Lift:
-    """The object of the grips held with a margin of 1.5 at one friction; forecasts.
+    """The object of the grips held with a margin of 1.5 at one friction, through tugs and other
+    masses; forecasts.
 
     contact_nodes: by fidelity. smallest_stick_change: that gages show above noise; None without
     gages; measurable: it is clearly under the target, clearly over, or open (None).
@@ -62,9 +63,9 @@ def lifts(design: Design) -> list[Lift]:
 
 
 def _lift(design: Design, friction: float, mass_g: float) -> Lift:
-    weight = weight_per_finger(mass_g)
-    force = lift_force(design, friction, 1.0 / HELD_USED, mass_g)
-    approach = lift_approach(design, friction, 1.0 / HELD_USED, mass_g)
+    pulled_g = design.grip.pulled_g(mass_g)
+    force = lift_force(design, friction, 1.0 / HELD_USED, pulled_g)
+    approach = lift_approach(design, friction, 1.0 / HELD_USED, pulled_g)
     body = design.body
     wide, deep = contact_reach(design, SceneObject(), approach)
     wide, deep = min(wide, 0.5 * body.width_mm), min(deep, 0.5 * body.depth_mm)
@@ -81,7 +82,7 @@ def _lift(design: Design, friction: float, mass_g: float) -> Lift:
         friction_coefficient=friction,
         object_mass_g=mass_g,
         normal_force_N=force,
-        tangential_force_N=weight,
+        tangential_force_N=weight_per_finger(pulled_g),
         approach_mm=approach,
         contact_half_width_mm=wide,
         contact_nodes=nodes,
@@ -119,7 +120,11 @@ def _measurable(change: float | None) -> bool | None:
 
 def _remedies(design: Design, lift: Lift) -> Iterator[str]:
     grip, mesh = design.grip, design.mesh
-    what = f"a lift of {lift.object_mass_g:g} g at a friction of {lift.friction_coefficient:g}"
+    pulled_g = grip.pulled_g(lift.object_mass_g)
+    later = f", pulled later as by {pulled_g:.4g} g," if pulled_g > lift.object_mass_g else ""
+    what = (
+        f"a lift of {lift.object_mass_g:g} g{later} at a friction of {lift.friction_coefficient:g}"
+    )
     takes = f"{what} takes about {lift.normal_force_N:.3g} N and {lift.approach_mm:.2g} mm"
     height = float(crest_height(design.body))
     if lift.approach_mm > grip.max_approach_mm:
@@ -131,10 +136,12 @@ def _remedies(design: Design, lift: Lift) -> Iterator[str]:
         spare = _force_at(design, SMALL_STRAIN * height) / lift.normal_force_N
         name, stiff = design.body.material, design.material_of("body").youngs_modulus_MPa
         light = float(f"{lift.object_mass_g * spare:.2g}")
+        less = f"grip.object_mass_g to {light:g}"
+        less = "grip.tugs and grip.weight_changes" if later else less
         yield (
             f"{takes}, {lift.approach_mm / height:.0%} of the finger's height, where small strains "
             f"end ({SMALL_STRAIN:.0%}): raise materials.{name}.youngs_modulus_MPa from {stiff:g} "
-            f"to {stiff / spare:.2g}, or lower grip.object_mass_g to {light:g}"
+            f"to {stiff / spare:.2g}, or lower {less}"
         )
     yield from _first_moves(design, lift)
     for fidelity, count in lift.contact_nodes.items():

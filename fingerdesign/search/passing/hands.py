@@ -94,7 +94,7 @@ def with_travel(design: Design, sensed: Outcome, allows: Allows = bool) -> Desig
     allows: tells whether a key may change.
     """
     grip = design.grip
-    weight = weight_per_finger(grip.heaviest_g)
+    weight = weight_per_finger(grip.pulled_g(grip.heaviest_g))
     force = _PRESS * weight / min(grip.friction_coefficients)
     if (deep := _approach(sensed, force)) is None:
         return design
