@@ -343,7 +343,25 @@ def test_an_interrupted_search_reports_what_it_has(tmp_path, in_arcs):
     assert not found.passes
     assert len(found.tried) == (20 if in_arcs else 4)
     assert found.conflict.startswith(f"Stopped after {len(found.tried)} trials. Slip sensing fails")
-    assert "Why none passes" in passing_page(design, found)
+    page = passing_page(design, found)
+    assert "Why none passes" in page
+    assert "Changed keys" in page
+
+
+def test_a_search_that_stops_among_its_trials_has_the_best_of_them(tmp_path):
+    bench, improved = Bench(), []
+
+    def evaluated(plan):
+        if improved:
+            raise KeyboardInterrupt
+        poor = {"shortfall": 0.7, "area_correlation": 0.1}
+        return [replace(each, metrics=each.metrics | poor) for each in bench(plan)]
+
+    calls = Callbacks(evaluated, pytest.fail, improved=improved.append)
+    with pytest.raises(SearchStopped) as stopped:
+        search_passing(load_design("maeno2000"), Freedom(), tmp_path / "t.jsonl", calls)
+    assert [stopped.value.found.best] == improved
+    assert "Changed keys" in passing_page(load_design("maeno2000"), stopped.value.found)
 
 
 def test_a_search_that_stops_in_a_whole_analysis_does_not_blame_the_hand(tmp_path):

@@ -159,6 +159,7 @@ class _Run:
     bodies: dict[str, Outcome] = field(default_factory=dict)  # Of an arc's digest: its round body.
     castable: dict[str, bool] = field(default_factory=dict)  # By the digest of a trial.
     best_sensed: float = math.inf
+    nearest: Candidate | None = None  # By its trial alone.
 
     def found(self, most: int) -> Found:
         try:
@@ -263,7 +264,8 @@ class _Run:
         if best < self.best_sensed:
             self.best_sensed = best
             nearest = min(outcomes, key=shortfall_of)
-            self.calls.improved(Candidate(self._design(nearest), nearest))
+            self.nearest = Candidate(self._design(nearest), nearest)
+            self.calls.improved(self.nearest)
         return sorted(short.values(), key=order_of)
 
     def _cast_first(self, outcomes: Sequence[Outcome]) -> list[Outcome]:
@@ -342,7 +344,9 @@ class _Run:
 
     def _ended(self) -> Found:
         known = [each for each in self.candidates if each.result is not None] or self.candidates
-        best = min(known, key=lambda each: (len(each.failing), each.hand.order), default=None)
+        best = min(
+            known, key=lambda each: (len(each.failing), each.hand.order), default=self.nearest
+        )
         mold = best is None or castable(best.design)
         found = Found(self.space, self.tried, tuple(self.candidates), best, castable=mold)
         return found if found.passes else replace(found, conflict=" ".join(conflicts_of(found)))
