@@ -4,6 +4,8 @@ row) and a computed remedy.
 One fault for one cause. Everything is in closed form; nothing here loads a CAD kernel.
 """
 
+from dataclasses import replace
+
 from fingerdesign.checks.body import body_faults, sound_outline
 from fingerdesign.checks.grip import grip_faults
 from fingerdesign.checks.meshing import mesh_faults
@@ -14,6 +16,7 @@ from fingerdesign.checks.spacing import spacing_findings
 from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
+from fingerdesign.layout.row_keys import with_key
 
 
 def design_faults(design: Design) -> list[Fault]:
@@ -50,7 +53,30 @@ def placing_faults(design: Design) -> list[Fault]:
 
     every = _findings(design)
     before = {found.key for found in every}
-    return [found.fault(design, before, keys) for found in every]
+    faults = [found.fault(design, before, keys) for found in every]
+    # Followed together, one remedy may want more of another: that of a second round, if it does.
+    trial = _followed(design, faults)
+    if trial is None or not keys(trial) <= before:
+        return faults
+    again = {found.key: found.fault(design, before, keys) for found in _findings(trial)}
+    joint = [
+        replace(each, remedy=more.remedy, mends=more.mends)
+        if (more := again.get(each.key))
+        else each
+        for each in faults
+    ]
+    mended = _followed(design, joint)
+    return faults if mended is None or keys(mended) else joint
+
+
+def _followed(design: Design, faults: list[Fault]) -> Design | None:
+    """Return the design with the first remedy of each fault; None where one has none."""
+    trial: Design | None = design
+    for fault in faults:
+        if trial is None or not fault.mends:
+            return None
+        trial = with_key(trial, *next(iter(fault.mends.items())))
+    return trial
 
 
 def is_sound(design: Design) -> bool:

@@ -10,9 +10,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fingerdesign.checks.design import design_faults, is_sound
-from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.checks.load import judge_data, load_design, parse_design, with_values
 from fingerdesign.checks.meshing import plane_strain_faults, tetwild_faults
 from fingerdesign.checks.spacing import LEAST_GAP
+from fingerdesign.design.io import design_data
 from fingerdesign.design.keys import set_value
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import DesignError
@@ -247,6 +248,19 @@ def test_too_many_plates_are_too_many_where_no_pitch_fits_them(count):
     (words,) = {each.remedy for each in design_faults(design) if "inside |x|" in each.bound}
     assert "lower plates.count to at most" in words
     assert "inward" not in words
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "domed", "pin"])
+def test_remedies_that_are_followed_together_need_no_second_round(name):
+    data = design_data(load_design(name))
+    data["plates"] |= {"cover_mm": 0.05, "pitch_mm": 0.2}
+    faults = judge_data(data).faults
+    assert {fault.key for fault in faults} == {"plates.cover_mm", "plates.pitch_mm"}
+    for fault in faults:
+        key, value = next(iter(fault.mends.items()))
+        set_value(data, key, value)
+        assert f"{value:g}" in fault.remedy
+    assert not judge_data(data).faults
 
 
 def test_a_remedy_that_would_bring_another_fault_is_not_reported():
