@@ -59,12 +59,8 @@ def placing_faults(design: Design) -> list[Fault]:
     if trial is None or not keys(trial) <= before:
         return faults
     again = {found.key: found.fault(design, before, keys) for found in _findings(trial)}
-    joint = [
-        replace(each, remedy=more.remedy, mends=more.mends)
-        if (more := again.get(each.key))
-        else each
-        for each in faults
-    ]
+    pairs = [(each, again.get(each.key, each)) for each in faults]
+    joint = [replace(each, remedy=more.remedy, mends=more.mends) for each, more in pairs]
     mended = _followed(design, joint)
     return faults if mended is None or keys(mended) else joint
 

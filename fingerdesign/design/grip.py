@@ -385,11 +385,10 @@ class Grip(Table):
         without any. It changes only where one of them begins or ends."""
         spans = [(each.step_after_lift, each.duration_steps) for each in self.tugs]
         spans += [(each.step_after_lift, 1) for each in self.weight_changes]
-        steps = {first for first, _ in spans}
-        ends = {first + count for first, count in spans}
-        steps |= {end for end in ends if any(0 <= end - first < count for first, count in spans)}
-        pulls = (pull_at(step, mass_g, self.tugs, self.weight_changes) for step in steps)
-        return max(pulls, default=None)
+        steps = {step for first, count in spans for step in (first, first + count)}
+        during = [s for s in steps if any(0 <= s - first < count for first, count in spans)]
+        events = self.tugs, self.weight_changes
+        return max((pull_at(step, mass_g, *events) for step in during), default=None)
 
     def pulled_g(self, mass_g: float) -> float:
         """The mass that weighs as much as the most that pulls at an object until the end, g."""

@@ -34,8 +34,7 @@ _FACET = 0.87  # area to a node of a mesh of triangles, over the square of their
 
 @dataclass(frozen=True, kw_only=True)
 class Lift:
-    """The object of the grips held with a margin of 1.5 at one friction, through tugs and other
-    masses; forecasts.
+    """The object of the grips held with a margin of 1.5 at one friction, to the end; forecasts.
 
     contact_nodes: by fidelity. smallest_stick_change: that gages show above noise; None without
     gages; measurable: it is clearly under the target, clearly over, or open (None).
@@ -136,8 +135,7 @@ def _remedies(design: Design, lift: Lift) -> Iterator[str]:
         spare = _force_at(design, SMALL_STRAIN * height) / lift.normal_force_N
         name, stiff = design.body.material, design.material_of("body").youngs_modulus_MPa
         light = float(f"{lift.object_mass_g * spare:.2g}")
-        less = f"grip.object_mass_g to {light:g}"
-        less = "grip.tugs and grip.weight_changes" if later else less
+        less = "grip.weight_changes and tugs" if later else f"grip.object_mass_g to {light:g}"
         yield (
             f"{takes}, {lift.approach_mm / height:.0%} of the finger's height, where small strains "
             f"end ({SMALL_STRAIN:.0%}): raise materials.{name}.youngs_modulus_MPa from {stiff:g} "

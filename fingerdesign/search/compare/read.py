@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import chain, groupby
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -64,11 +64,6 @@ class _Source:
         """The study's, or the folder's or file's."""
         return str(self.record.get("name", self.place.name))
 
-    @property
-    def study(self) -> str:
-        """The digest of its study; of no study its place."""
-        return str(self.record.get("digest", self.place))
-
     def lacks(self, metrics: set[str]) -> bool:
         """True for a good analysis without one of the metrics."""
         own = self.outcomes[0]
@@ -78,7 +73,7 @@ class _Source:
 def read_comparison(
     paths: Sequence[Path], objectives: Sequence[Objective] = (), work: Work | None = None
 ) -> Comparison:
-    """The outcomes of all ``paths``, in their order; those of one study by name.
+    """The outcomes of all ``paths``, in their order; shards of one study in that of their places.
 
     A path is a study's folder (outcomes.jsonl, study.json), of a large study (outcomes.sqlite) the
     best (see large.py), a file of outcomes (a line each), a
@@ -86,8 +81,8 @@ def read_comparison(
     ``objectives`` replace those of the studies. Raises DesignError with every path that is none of
     these or given twice, for shards of different studies, and for a line that is no whole outcome.
     Different outcomes of one name are renamed: by their source, else by scene or fidelity, else by
-    digest. With ``work``, which makes outcomes of
-    jobs, results of `analyse` get the metrics that they lack and others have or ask for.
+    digest. With ``work``, which makes outcomes of jobs, results of `analyse` get the metrics that
+    they lack and others have or ask for.
     """
     sources: list[_Source] = []
     faults: list[DesignError] = []
@@ -101,9 +96,7 @@ def read_comparison(
     sources = _with_best(_arranged(sources), objectives)
     if work is not None:
         sources = _completed(sources, objectives, work)
-    every_one = chain.from_iterable(
-        _by_name([*shards]) for _, shards in groupby(sources, lambda source: source.study)
-    )
+    every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
     outcomes = _with_varied(_distinct(outcomes, sources))
     return Comparison(outcomes, _facts(sources, outcomes, objectives))
@@ -114,28 +107,22 @@ def _arranged(sources: Sequence[_Source]) -> list[_Source]:
 
     DesignError for a place that is given twice, and for shards in one folder of different studies.
     """
-    faults, seen, shards = list[Fault](), set[Path](), dict[Path, _Source]()
-    for each in sources:
-        place = each.place.resolve()
-        if place in seen:
-            faults.append(Fault("RESULT", each.place, "given once", "leave the second one out"))
-        seen.add(place)
+    faults, shards = list[Fault](), dict[Path, tuple[str, str]]()
+    studies = {each.place.resolve(): str(each.record.get("digest", each.place)) for each in sources}
+    if len(studies) < len(sources):
+        named = ", ".join(str(each.place) for each in sources)
+        faults.append(Fault("RESULT", named, "places given once each", "leave out the second one"))
+    for place, study in studies.items():
         if shard := _SHARD.fullmatch(place.name):
-            first = shards.setdefault(place.with_name(shard[1]), each)
-            if first.study != each.study:
-                bound = f"a shard of the study that {first.place.name} is of"
-                remedy = "run the shard again, or move it to another folder"
-                faults.append(Fault("RESULT", each.place, bound, remedy))
+            first, other = shards.setdefault(place.with_name(shard[1]), (place.name, study))
+            if other != study:
+                bound, remedy = f"of the study of {first}", "run it again, or move it elsewhere"
+                faults.append(Fault("RESULT", place.name, bound, remedy))
     if faults:
         raise DesignError(faults)
-    given = [each.study for each in sources]
-    return sorted(sources, key=lambda each: (given.index(each.study), each.place))
-
-
-def _by_name(sources: Sequence[_Source]) -> list[Outcome]:
-    """The outcomes of a study; of one in several places by name."""
-    every = [outcome for source in sources for outcome in source.outcomes]
-    return every if len(sources) == 1 else sorted(every, key=lambda outcome: outcome.name)
+    order = list(studies.values())
+    ranked = zip(map(order.index, order), sources, strict=True)
+    return [each for _, each in sorted(ranked, key=lambda pair: (pair[0], pair[1].place))]
 
 
 def _with_best(sources: Sequence[_Source], objectives: Sequence[Objective]) -> list[_Source]:
@@ -367,8 +354,9 @@ def _facts(
     several = f"{len(sources)} sources" if many else "".join(each.name for each in sources)
     places = [str(source.place) for source in sources]
     facts = facts_of(several, outcomes, *_goals(sources, objectives), record, places)
+    best_of = sum(_counted(each.record) for each in sources if each.columns is not None)
     missing = tuple(filter(None, map(_missing, sources)))
-    return replace(facts, best_of=sum(_rows(source) for source in sources), missing=missing)
+    return replace(facts, best_of=best_of, missing=missing)
 
 
 def _goals(
@@ -381,11 +369,6 @@ def _goals(
         objectives = objectives or own
         bounds |= {each.metric: each for each in found}
     return objectives, list(bounds.values())
-
-
-def _rows(source: _Source) -> int:
-    """Outcomes of a large study, of which the best are read; 0 of any other source."""
-    return _counted(source.record) if source.columns is not None else 0
 
 
 def _counted(record: Mapping[str, Any]) -> int:
@@ -402,10 +385,7 @@ def _missing(source: _Source) -> str:
     every, read = _counted(record), len(source.outcomes)
     if source.columns is not None or every in (0, read):
         return ""
-    return (
-        f"{source.place} holds {read} of the {every} outcomes that its {STUDY_FILE} counts: "
-        "run the study again"
-    )
+    return f"{source.place} holds {read} of the {every} outcomes of its study: run it again"
 
 
 def _texts(record: dict[str, Any]) -> list[tuple[str, str]]:

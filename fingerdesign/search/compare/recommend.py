@@ -86,8 +86,8 @@ class StudyFacts:
 
     assumed_objectives: the user named none. record: further facts, name -> text (sampling, seed,
     digest of the study, ...). sources: where the outcomes were read. best_of: how many outcomes
-    large studies have, of which only the best are compared. missing: a sentence a study whose file
-    has not as many outcomes as its record counts.
+    large studies have, of which only the best are compared. missing: sentences
+    on studies whose file has not all outcomes.
     """
 
     name: str

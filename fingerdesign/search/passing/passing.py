@@ -344,9 +344,7 @@ class _Run:
 
     def _ended(self) -> Found:
         known = [each for each in self.candidates if each.result is not None] or self.candidates
-        best = min(
-            known, key=lambda each: (len(each.failing), each.hand.order), default=self.nearest
-        )
+        best = min(known, key=lambda c: (len(c.failing), c.hand.order), default=self.nearest)
         mold = best is None or castable(best.design)
         found = Found(self.space, self.tried, tuple(self.candidates), best, castable=mold)
         return found if found.passes else replace(found, conflict=" ".join(conflicts_of(found)))
