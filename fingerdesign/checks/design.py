@@ -49,7 +49,7 @@ def placing_faults(design: Design) -> list[Fault]:
         wrong = body_faults(trial.body)
         if wrong or not sound_outline(trial.body):
             return {fault.key for fault in wrong} | {"body"}
-        return {each.key for each in (*_findings(trial), *_of_plates(trial))}
+        return {each.key for each in _findings(trial)} | {each.key for each in _of_plates(trial)}
 
     every = _findings(design)
     before = {found.key for found in every}

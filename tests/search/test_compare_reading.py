@@ -86,7 +86,7 @@ def test_shards_given_twice_or_of_another_study_are_refused(tmp_path):
     twice, other = map(str, refusal.value.faults)
     assert "s.3-of-3" in other
     assert "must be of the study of s.1-of-3" in other
-    assert "places given once each" in twice
+    assert "leave the second one out" in twice
 
 
 def test_one_digest_stands_once_and_designs_of_one_name_are_distinguished(tmp_path):

@@ -107,12 +107,11 @@ def _arranged(sources: Sequence[_Source]) -> list[_Source]:
 
     DesignError for a place that is given twice, and for shards in one folder of different studies.
     """
-    faults, shards = list[Fault](), dict[Path, tuple[str, str]]()
-    studies = {each.place.resolve(): str(each.record.get("digest", each.place)) for each in sources}
-    if len(studies) < len(sources):
-        named = ", ".join(str(each.place) for each in sources)
-        faults.append(Fault("RESULT", named, "places given once each", "leave out the second one"))
-    for place, study in studies.items():
+    places, shards = [each.place.resolve() for each in sources], dict[Path, tuple[str, str]]()
+    twice = [each.place for n, each in enumerate(sources) if places[n] in places[:n]]
+    faults = [Fault("RESULT", each, "given once", "leave the second one out") for each in twice]
+    order = [str(each.record.get("digest", each.place)) for each in sources]
+    for place, study in zip(places, order, strict=True):
         if shard := _SHARD.fullmatch(place.name):
             first, other = shards.setdefault(place.with_name(shard[1]), (place.name, study))
             if other != study:
@@ -120,7 +119,6 @@ def _arranged(sources: Sequence[_Source]) -> list[_Source]:
                 faults.append(Fault("RESULT", place.name, bound, remedy))
     if faults:
         raise DesignError(faults)
-    order = list(studies.values())
     ranked = zip(map(order.index, order), sources, strict=True)
     return [each for _, each in sorted(ranked, key=lambda pair: (pair[0], pair[1].place))]
 
