@@ -252,7 +252,7 @@ def _say_found(found: Found, design: Design, target: Path, file: Path, page: Pat
         # What a fix would change, the search has tried; it proposes no second search.
         terminal.say_block(replace(verdict_view(best.result, str(file)), fixes=()), target)
     for words in filter(None, (found.given_up, found.conflict, found.note)):
-        terminal.say(words)
+        terminal.say_wrapped(words)
     for key, (old, new) in [*changes.items()][:_SHOWN]:
         terminal.say(f"  {key} = {new}" + ("" if old is None else f"   (was {old})"))
     if len(changes) > _SHOWN:
