@@ -265,13 +265,16 @@ def unknown_names(design: Any) -> Iterator[PydanticCustomError]:
                 "`fingerdesign list materials` names all",
                 f"{table}.material",
             )
-    mold = _part(design, "mold")
+    yield from _unknown_gages(_part(design, "gages"), _part(design, "mold"))
+
+
+def _unknown_gages(gages: Any, mold: Any) -> Iterator[PydanticCustomError]:
     own = _part(mold, "gage_types")
     types = [*(own if isinstance(own, list | tuple) else ()), *shipped_types()]
     names = [name for each in types if isinstance(name := _part(each, "name"), str)]
     words = f"one of {', '.join(dict.fromkeys(names))}"
     remedy = "correct it, or add a table [[mold.gage_types]] of that name"
-    kind, gage = _part(_part(design, "gages"), "kind"), _part(mold, "gage")
+    kind, gage = _part(gages, "kind"), _part(mold, "gage")
     if isinstance(kind, str) and kind not in names:
         yield refuse(kind, words, remedy, "gages.kind")
     if isinstance(gage, str) and gage not in ("auto", *names):

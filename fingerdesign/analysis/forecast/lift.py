@@ -118,35 +118,18 @@ def _measurable(change: float | None) -> bool | None:
 
 
 def _remedies(design: Design, lift: Lift) -> Iterator[str]:
-    grip, mesh = design.grip, design.mesh
-    pulled_g = grip.pulled_g(lift.object_mass_g)
+    pulled_g = design.grip.pulled_g(lift.object_mass_g)
     later = f", pulled later as by {pulled_g:.4g} g," if pulled_g > lift.object_mass_g else ""
     what = (
         f"a lift of {lift.object_mass_g:g} g{later} at a friction of {lift.friction_coefficient:g}"
     )
-    takes = f"{what} takes about {lift.normal_force_N:.3g} N and {lift.approach_mm:.2g} mm"
-    height = float(crest_height(design.body))
-    if lift.approach_mm > grip.max_approach_mm:
-        yield (
-            f"{takes}, more than grip.max_approach_mm = {grip.max_approach_mm:g}: raise it to at "
-            f"least {1.5 * lift.approach_mm:.2g}, or set it to 'auto'"
-        )
-    if lift.approach_mm > SMALL_STRAIN * height:
-        spare = _force_at(design, SMALL_STRAIN * height) / lift.normal_force_N
-        name, stiff = design.body.material, design.material_of("body").youngs_modulus_MPa
-        light = float(f"{lift.object_mass_g * spare:.2g}")
-        less = "grip.weight_changes and tugs" if later else f"grip.object_mass_g to {light:g}"
-        yield (
-            f"{takes}, {lift.approach_mm / height:.0%} of the finger's height, where small strains "
-            f"end ({SMALL_STRAIN:.0%}): raise materials.{name}.youngs_modulus_MPa from {stiff:g} "
-            f"to {stiff / spare:.2g}, or lower {less}"
-        )
+    yield from _depths(design, lift, what, bool(later))
     yield from _first_moves(design, lift)
     for fidelity, count in lift.contact_nodes.items():
         least = ENOUGH_NODES[2 if fidelity == "plane-strain" else 3]
         if count < least:
             flat = fidelity == "plane-strain"
-            table = mesh.section if flat else mesh
+            table = design.mesh.section if flat else design.mesh
             size = table.contact_size_mm * (count / least if flat else math.sqrt(count / least))
             change = f"lower mesh.{'section.' if flat else ''}contact_size_mm to {size:.2g}"
             if size < _FINEST_MM[fidelity]:
@@ -202,3 +185,24 @@ def _force_at(design: Design, approach: float) -> float:
     while not enough(high) and high < 1e9:
         high *= 2.0
     return edge(enough, high, 0.0, 50)
+
+
+def _depths(design: Design, lift: Lift, what: str, later: bool) -> Iterator[str]:
+    """Remedies of a travel that the stage, or small strains, do not have."""
+    takes = f"{what} takes about {lift.normal_force_N:.3g} N and {lift.approach_mm:.2g} mm"
+    height = float(crest_height(design.body))
+    if lift.approach_mm > design.grip.max_approach_mm:
+        yield (
+            f"{takes}, more than grip.max_approach_mm = {design.grip.max_approach_mm:g}: raise it "
+            f"to at least {1.5 * lift.approach_mm:.2g}, or set it to 'auto'"
+        )
+    if lift.approach_mm > SMALL_STRAIN * height:
+        spare = _force_at(design, SMALL_STRAIN * height) / lift.normal_force_N
+        name, stiff = design.body.material, design.material_of("body").youngs_modulus_MPa
+        light = float(f"{lift.object_mass_g * spare:.2g}")
+        less = "grip.weight_changes and tugs" if later else f"grip.object_mass_g to {light:g}"
+        yield (
+            f"{takes}, {lift.approach_mm / height:.0%} of the finger's height, where small strains "
+            f"end ({SMALL_STRAIN:.0%}): raise materials.{name}.youngs_modulus_MPa from {stiff:g} "
+            f"to {stiff / spare:.2g}, or lower {less}"
+        )

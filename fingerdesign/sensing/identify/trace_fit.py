@@ -271,11 +271,7 @@ def identified(
     Raises DesignError for a trace that cannot give a modulus, before any work; SolverError where
     the fit does not converge.
     """
-    faults = list(trace_faults(design, trace))
-    if faults:
-        raise DesignError(faults, source)
-    for words in time_doubts(trace):
-        report(f"warning: {words}")
+    _refuse(design, trace, source, report)
     own = design
     fit: TraceFit | None = None
     for number in range(_ROUNDS):
@@ -305,6 +301,15 @@ def identified(
         law = fit
     exponent = float(law.x[-1]), float(law.deviations[len(law.x) - 1])
     return Identified(own, design, trace, fit, fidelity, exponent)
+
+
+def _refuse(design: Design, trace: Trace, source: str, report: Report) -> None:
+    """Raise DesignError for a trace that cannot give a modulus; report what is doubtful in it."""
+    faults = list(trace_faults(design, trace))
+    if faults:
+        raise DesignError(faults, source)
+    for words in time_doubts(trace):
+        report(f"warning: {words}")
 
 
 def _model_of(design: Design, trace: Trace, fidelity: str) -> TraceModel:
