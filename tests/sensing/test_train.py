@@ -213,7 +213,7 @@ def test_an_interrupted_training_goes_on_and_is_that_of_any_workers(cache_in, tm
         cache_in(tmp_path / "2")
         two = training.training_result_for(design, workers=2)
         cache_in(tmp_path / "1")
-        with pytest.raises(KeyboardInterrupt):
+        with pytest.raises(KeyboardInterrupt, match="finished fingers are stored"):
             training.training_result_for(design, interrupted_after(1))
         stored = (tmp_path / "1/trained fingers").glob("*.npz")
         made = {path: path.stat().st_ino for path in stored}

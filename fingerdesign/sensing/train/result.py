@@ -90,7 +90,11 @@ def training_result_for(
             words = f"{forecast_words(left)} left" if left > 0.0 else f"longer than {whole}"
             report(f"{message}; {words}")
 
-        grips = grips_of_family(family, problem, shown, workers)
+        try:
+            grips = grips_of_family(family, problem, shown, workers)
+        except KeyboardInterrupt as stopped:
+            words = "the training's finished fingers are stored: run the same command to go on"
+            raise KeyboardInterrupt(words) from stopped
     own = finger_key(design, fidelity)
     result = train_estimator(problem, own, settings, report, grips, workers=workers)
     text = training_text(result)
