@@ -78,8 +78,9 @@ def read_comparison(
     A path is a study's folder (outcomes.jsonl, study.json), of a large study (outcomes.sqlite) the
     best (see large.py), a file of outcomes (a line each), a
     result of `analyse` (its folder or result.json), or a folder of any of these folders. Given
-    ``objectives`` replace those of the studies. Raises DesignError with every path that is none of
-    these or given twice, for shards of different studies, and for a line that is no whole outcome.
+    ``objectives`` replace those of the studies; a place given twice is read once. Raises
+    DesignError with every path that is none of these, for shards of different studies, and for a
+    line that is no whole outcome.
     Different outcomes of one name are renamed: by their source, else by scene or fidelity, else by
     digest. With ``work``, which makes outcomes of jobs, results of `analyse` get the metrics that
     they lack and others have or ask for.
@@ -103,15 +104,14 @@ def read_comparison(
 
 
 def _arranged(sources: Sequence[_Source]) -> list[_Source]:
-    """The sources, shards of one study together and by place: the order of paths changes nothing.
-
-    DesignError for a place that is given twice, and for shards in one folder of different studies.
-    """
-    places, shards = [each.place.resolve() for each in sources], dict[Path, tuple[str, str]]()
-    twice = [each.place for n, each in enumerate(sources) if places[n] in places[:n]]
-    faults = [Fault("RESULT", each, "given once", "leave the second one out") for each in twice]
-    order = [str(each.record.get("digest", each.place)) for each in sources]
-    for place, study in zip(places, order, strict=True):
+    """Each source once, shards of one study together and by place: the order of paths changes
+    nothing. DesignError for shards in one folder of different studies."""
+    once, shards = dict[Path, _Source](), dict[Path, tuple[str, str]]()
+    for each in sources:
+        once.setdefault(each.place.resolve(), each)
+    faults = list[Fault]()
+    order = [str(each.record.get("digest", each.place)) for each in once.values()]
+    for place, study in zip(once, order, strict=True):
         if shard := _SHARD.fullmatch(place.name):
             first, other = shards.setdefault(place.with_name(shard[1]), (place.name, study))
             if other != study:
@@ -119,7 +119,7 @@ def _arranged(sources: Sequence[_Source]) -> list[_Source]:
                 faults.append(Fault("RESULT", place.name, bound, remedy))
     if faults:
         raise DesignError(faults)
-    ranked = zip(map(order.index, order), sources, strict=True)
+    ranked = zip(map(order.index, order), once.values(), strict=True)
     return [each for _, each in sorted(ranked, key=lambda pair: (pair[0], pair[1].place))]
 
 
