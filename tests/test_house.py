@@ -33,7 +33,6 @@ KERNELS = {
     "manifold3d": {"layout", "mold"},
     "lib3mf": {"mold"},
     "ezdxf": {"mold"},
-    "optuna": {"search"},
     "distributed": {"search"},
     "gymnasium": {"trials"},
     "trame": {"studio"},

@@ -73,7 +73,7 @@ def search(design: Design, folder: Path, most: int) -> Progress:
 
     with Cluster() as cluster:
         calls = Callbacks(evaluated_by(cluster), confirm, report, improved, unready)
-        found = search_passing(design, Freedom(), folder / "trials.jsonl", calls, most)
+        found = search_passing(design, Freedom(), folder / "trials.sqlite", calls, most)
     if found.best is not None:
         improved(found.best)
     words = filter(None, (f"{len(found.tried)} trials", found.given_up, found.note))

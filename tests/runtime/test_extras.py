@@ -21,7 +21,6 @@ def test_all_that_lacks_is_named_with_one_remedy():
     ("command", "library", "extra"),
     [
         (["sweep", "fingers"], "distributed", "search"),
-        (["optimise", "maeno2000"], "optuna", "search"),
         (["optimise", "maeno2000"], "distributed", "search"),
         (["studio", "homogeneous", "--no-open"], "trame", "studio"),
     ],

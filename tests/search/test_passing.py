@@ -84,7 +84,7 @@ def test_trials_after_the_starts_are_near_the_best(tmp_path):
     space = space_of(load_design("maeno2000"), Freedom())
     study, starts = study_of(space), space.starts
     first, best = ({**starts[0], "plates.pitch_mm": pitch} for pitch in (0.4, 1.2))
-    with Trials(study, space.base, tmp_path / "trials.jsonl", (first, best), space.near) as trials:
+    with Trials(study, space.base, tmp_path / "trials.sqlite", (first, best), space.near) as trials:
         trials.draw(2)
         trials.report(1, [0.5], {})
         trials.report(2, [0.1], {})
@@ -106,7 +106,7 @@ def test_share_of_the_gage_area_is_chosen_after_the_analysis(tmp_path):
             found.append(replace(made, name=job.name, values=dict(job.values), digest=job.digest()))
         return found
 
-    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+    with Trials(study_of(space), space.base, tmp_path / "t.sqlite", space.starts) as trials:
         found = find_passing(space, Freedom(), trials, Callbacks(evaluated, lambda design: None), 2)
     assert shares[-1] == 0.6
     assert all(each.design.gages.area_share == 0.6 for each in found.candidates)
@@ -145,7 +145,7 @@ def judged(result, ratio):
 def searched(tmp_path, confirm, hand=0.0, most=8, **calls):
     design = load_design("maeno2000")
     space, bench = space_of(design, Freedom()), Bench(hand)
-    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+    with Trials(study_of(space), space.base, tmp_path / "t.sqlite", space.starts) as trials:
         found = find_passing(space, Freedom(), trials, Callbacks(bench, confirm, **calls), most)
         values = [each.values for each in trials.drawn()]
     assert values[: len(space.starts)] == list(space.starts)
@@ -160,7 +160,7 @@ def passing(space, evaluated, tmp_path, plane_strain):
         confirmed.append(design)
         return judged(plane_strain.result, 2.0)
 
-    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+    with Trials(study_of(space), space.base, tmp_path / "t.sqlite", space.starts) as trials:
         found = find_passing(space, Freedom(), trials, Callbacks(evaluated, confirm), 8)
     assert found.passes
     return found, confirmed
@@ -205,7 +205,7 @@ def test_of_fingers_with_good_gages_the_best_correlation_comes_first(tmp_path, p
         confirmed.append(design.plates.pitch_mm)
         return judged(plane_strain.result, 2.0)
 
-    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+    with Trials(study_of(space), space.base, tmp_path / "t.sqlite", space.starts) as trials:
         assert find_passing(space, Freedom(), trials, Callbacks(evaluated, confirm), 4).passes
     assert [good[pitch] for pitch in confirmed] == [2]
 
@@ -247,7 +247,7 @@ def test_a_dome_that_falls_short_everywhere_is_judged_by_its_nearest(tmp_path, p
         confirmed.append(design)
         return judged(plane_strain.result, 3.5 if len(confirmed) == 1 else 2.0)
 
-    with Trials(study_of(space), space.base, tmp_path / "t.jsonl", space.starts) as trials:
+    with Trials(study_of(space), space.base, tmp_path / "t.sqlite", space.starts) as trials:
         found = find_passing(space, Freedom(), trials, Callbacks(evaluated, confirm), 48)
     assert len(short) > 1
     assert confirmed[0].plates.cover_mm == min(short)
@@ -271,7 +271,7 @@ def test_an_arc_replaces_a_body_of_which_none_passes(tmp_path, plane_strain, kee
     found = search_passing(
         design,
         Freedom(keep=keep),
-        tmp_path / "t.jsonl",
+        tmp_path / "t.sqlite",
         Callbacks(evaluated, lambda design: judged(plane_strain.result, 2.0), reports.append),
     )
     if keep:
@@ -287,10 +287,12 @@ def test_an_arc_replaces_a_body_of_which_none_passes(tmp_path, plane_strain, kee
 
 
 def test_a_damaged_second_journal_is_found_before_the_first_trial(tmp_path):
-    (tmp_path / "t.plainer.jsonl").write_text("no journal")
+    (tmp_path / "t.plainer.sqlite").write_text("no journal")
     never = pytest.fail
-    with pytest.raises(DesignError, match="no journal of trials"):
-        search_passing(load_design("pin"), Freedom(), tmp_path / "t.jsonl", Callbacks(never, never))
+    with pytest.raises(DesignError, match="a journal of trials"):
+        search_passing(
+            load_design("pin"), Freedom(), tmp_path / "t.sqlite", Callbacks(never, never)
+        )
 
 
 @pytest.mark.slow
@@ -302,7 +304,7 @@ def test_a_finger_that_is_no_sensor_as_cast_is_reported_with_the_remedy(tmp_path
     assert unready(with_values(narrow, {"mold.gage": "sputtered_film", "mold.leads": "leg"})) == ""
     good = judged(plane_strain.result, 2.0)
     calls = Callbacks(Bench(), lambda design: good, unready=lambda design: words)
-    assert words in search_passing(narrow, Freedom(), tmp_path / "t.jsonl", calls).note
+    assert words in search_passing(narrow, Freedom(), tmp_path / "t.sqlite", calls).note
 
 
 def test_a_search_that_stops_in_the_last_step_has_its_finger(tmp_path, plane_strain):
@@ -312,7 +314,7 @@ def test_a_search_that_stops_in_the_last_step_has_its_finger(tmp_path, plane_str
     good = judged(plane_strain.result, 2.0)
     calls = Callbacks(Bench(), lambda design: good, unready=interrupted)
     with pytest.raises(SearchStopped) as stopped:
-        search_passing(load_design("maeno2000"), Freedom(), tmp_path / "t.jsonl", calls)
+        search_passing(load_design("maeno2000"), Freedom(), tmp_path / "t.sqlite", calls)
     found = stopped.value.found
     assert found.passes
     assert not found.conflict
@@ -338,7 +340,7 @@ def test_an_interrupted_search_reports_what_it_has(tmp_path, in_arcs):
 
     calls = Callbacks(evaluated, pytest.fail, report)
     with pytest.raises(SearchStopped) as stopped:
-        search_passing(design, Freedom(), tmp_path / "t.jsonl", calls)
+        search_passing(design, Freedom(), tmp_path / "t.sqlite", calls)
     found = stopped.value.found
     assert not found.passes
     assert len(found.tried) == (20 if in_arcs else 4)
@@ -359,7 +361,7 @@ def test_a_search_that_stops_among_its_trials_has_the_best_of_them(tmp_path):
 
     calls = Callbacks(evaluated, pytest.fail, improved=improved.append)
     with pytest.raises(SearchStopped) as stopped:
-        search_passing(load_design("maeno2000"), Freedom(), tmp_path / "t.jsonl", calls)
+        search_passing(load_design("maeno2000"), Freedom(), tmp_path / "t.sqlite", calls)
     assert [stopped.value.found.best] == improved
     assert "Changed keys" in passing_page(load_design("maeno2000"), stopped.value.found)
 
@@ -418,7 +420,7 @@ def test_a_core_is_given_up_where_no_gages_are_good_with_it(tmp_path, plane_stra
     def confirm(design):
         return judged(plane_strain.result, 2.0)
 
-    found = search_passing(design, Freedom(), tmp_path / "t.jsonl", Callbacks(evaluated, confirm))
+    found = search_passing(design, Freedom(), tmp_path / "t.sqlite", Callbacks(evaluated, confirm))
     assert len({*trials}) == 20
     assert found.passes
     assert found.best.design.body.core is None

@@ -17,7 +17,6 @@ from tests.support import warm
 _LIBRARIES = (
     "fingerdesign_cli.studies.search",
     "distributed.cli.dask_scheduler",
-    "optuna",
     "sklearn",
 )
 _CONTEXT = multiprocessing.get_context("forkserver")

@@ -370,9 +370,9 @@ def optimise() -> None:
     page then shows which verdicts exclude each other.
 
     With a STUDY: search for fingers that are better in its [[objectives]], within its
-    [constraints]. The best of the front, and the study's base as the reference, are then analysed
-    in 3-D. OUT/NAME holds report.html, study.json, outcomes.jsonl, tables. Exit code 1 where no
-    trial could be analysed.
+    [constraints]. After trials in plane strain the best of the front, and the study's base as the
+    reference, are analysed in 3-D. OUT/NAME holds report.html, study.json, outcomes.jsonl, tables.
+    Exit code 1 where no trial could be analysed.
 
     All trials are stored: an interrupted search, run again, goes on where it stopped.
     """

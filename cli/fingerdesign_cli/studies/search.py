@@ -32,7 +32,7 @@ from fingerdesign.search.optimise.confirm import confirm
 from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless, searched
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import journal_path, tables, verdict, write_optimised
-from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.optimise.trials import ENDING, Trials
 from fingerdesign.search.passing.found import Candidate, Found, SearchStopped, unready
 from fingerdesign.search.passing.freedom import Freedom
 from fingerdesign.search.passing.front import GOALS
@@ -119,7 +119,7 @@ def optimise(
 ) -> int:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints];
     or from a design for one that passes all verdicts."""
-    needs("search", "optuna", "distributed")
+    needs("search", "distributed")
     if kind_of(study_file) != "study":
         if setting.fidelity is not None:
             raise click.UsageError("--fidelity belongs to a study; a design is searched in 3-D")
@@ -169,7 +169,7 @@ def optimise_design(
     """Search from DESIGN until every verdict passes; write the finger, its analysis and a page."""
     design = load_design(design_file)
     name = f"{design.design.name[:_MOST_NAME]}-optimised"
-    target, page, journal = (out / each for each in (name, f"{name}.html", f"{name}.trials.jsonl"))
+    target, page, journal = (out / each for each in (name, f"{name}.html", f"{name}{ENDING}"))
     file = out / f"{name}.toml"
     refuse_foreign(RESULTS, target)
     _refuse_in_the_way(design_file, out, file, page)

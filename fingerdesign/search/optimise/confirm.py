@@ -105,6 +105,11 @@ class Optimised:
         return tuple(c for c in self.confirmed if known and c.thorough.dominates(known))
 
     @property
+    def needs_confirming(self) -> bool:
+        """Whether a more thorough model than that of the trials could say otherwise."""
+        return self.search.study.study.fidelity == "plane-strain"
+
+    @property
     def better_in_all(self) -> int:
         """Number of confirmed fingers that are better in every objective."""
         deep = self.thorough_reference
@@ -167,7 +172,8 @@ class Optimised:
         elif not reference.feasible:
             yield "The reference itself misses a constraint."
         if self.thorough_reference is None:
-            yield "Nothing was confirmed by a more thorough model."
+            if self.needs_confirming:
+                yield "Nothing was confirmed by a more thorough model."
             return
         confirmed = len(self.standing)
         yield (

@@ -1,10 +1,8 @@
 """The search for better fingers: draw a few trials, evaluate them together, learn, go on.
 
-Optuna's TPE proposes (S. Watanabe, Tree-structured Parzen estimator, arXiv:2304.11127, 2023; for
-several objectives Y. Ozaki et al., J. Artif. Intell. Res. 73, 2022; constraints by
-their excess). A variant that cannot exist is reported as infeasible and costs nothing. Trials are
-drawn ``batch`` at a time and reported only when all of them are done: the draws depend neither on
-the speed of workers nor on interruptions.
+A model of the known trials proposes the next (propose.py). A variant that cannot exist is reported
+as infeasible and costs nothing. Trials are drawn ``batch`` at a time and reported only when all of
+them are done: the draws depend neither on the speed of workers nor on interruptions.
 """
 
 import itertools
@@ -19,16 +17,16 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.compare.recommend import fails_purpose
-from fingerdesign.search.optimise.trials import PURPOSE, Trial, Trials
+from fingerdesign.search.optimise.trials import FAILED, PURPOSE, Trial, Trials
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Planned, planned
 from fingerdesign.search.study.file import Study
 from fingerdesign.search.study.values import value_of
 from fingerdesign.search.study.variants import Variant, variant_of
 
-ABSENT = 1e9  # The loss of a failed trial: finite, as Optuna requires; no result is as large.
-_FAILED, _MOST_EXCESS = "failed", 1e6
-BATCH = 8  # So many trials keep 2 to 4 cores busy; the sampler learns one batch late.
+ABSENT = 1e9  # The loss of a failed trial: no result is as large.
+_MOST_EXCESS = 1e6
+BATCH = 4  # So many trials keep 2 to 4 cores busy; the model learns one batch late.
 # Jobs to their outcomes, in order (run.run_jobs on a cluster); what is stored costs nothing.
 Evaluator = Callable[[Sequence[Planned]], Sequence[Outcome]]
 
@@ -55,13 +53,13 @@ def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], di
         if len(known) < len(outcomes) or any(each.status != "ok" for each in outcomes):
             worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
             every = (PURPOSE, *study.constraints)
-            return worst, {_FAILED: 1.0} | dict.fromkeys(every, _MOST_EXCESS)
+            return worst, {FAILED: 1.0} | dict.fromkeys(every, _MOST_EXCESS)
         values.append(max(known) if objective.direction == "min" else min(known))
     broken = {
         name: min(max(bound.excess(each.metrics.get(name)) for each in outcomes), _MOST_EXCESS)
         for name, bound in study.constraints.items()
     }
-    return values, {_FAILED: 0.0, PURPOSE: float(len(lacks(study, outcomes)))} | broken
+    return values, {FAILED: 0.0, PURPOSE: float(len(lacks(study, outcomes)))} | broken
 
 
 @dataclass(frozen=True)

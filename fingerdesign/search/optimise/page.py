@@ -20,6 +20,7 @@ from fingerdesign.search.compare.page import SearchFindings
 from fingerdesign.search.compare.read import STUDY_FILE
 from fingerdesign.search.optimise import words
 from fingerdesign.search.optimise.confirm import Judged, Optimised
+from fingerdesign.search.optimise.trials import ENDING
 from fingerdesign.search.study.metrics import METRICS
 
 NONE = "–"
@@ -158,7 +159,7 @@ def verdict(found: Optimised) -> tuple[str, ...]:
 
 def journal_path(target: Path) -> Path:
     """The file of an optimisation's trials, next to its folder."""
-    return target.with_name(f"{target.name}.trials.jsonl")
+    return target.with_name(f"{target.name}{ENDING}")
 
 
 def write_optimised(folder: Path, found: Optimised, source: str) -> None:

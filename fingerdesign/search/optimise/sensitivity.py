@@ -19,8 +19,9 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.records.outcome import Outcome
+from fingerdesign.search.optimise.propose import inputs_of, shares_of
 from fingerdesign.search.study.file import Study
-from fingerdesign.search.study.values import Choice, all_numbers
+from fingerdesign.search.study.values import all_numbers
 
 LEAST = 20  # trials: below, nothing is reported
 TREES, FOLDS, SHUFFLES = 60, 5, 4
@@ -72,28 +73,14 @@ def _of(study: Study, outcomes: Sequence[Outcome], metric: str) -> Sensitivity:
     truth = np.array([value for _, value in known])
     if len(known) < LEAST or np.ptp(truth) <= 1e-9 * float(np.abs(truth).max()):
         return Sensitivity(metric, len(known), None)
-    inputs, of_key = _columns(study, [outcome.values for outcome, _ in known])
+    shares = shares_of(study, [outcome.values for outcome, _ in known])
+    inputs, of_key = inputs_of(study, shares)
     explained, shares = _importance(inputs, of_key, truth, study.study.seed)
     directions = _directions(study, inputs, of_key, truth)
     spreads = shares.std(axis=0, ddof=1) / np.sqrt(len(shares))
     columns = zip(keys, shares.mean(axis=0).tolist(), spreads.tolist(), directions, strict=True)
     effects = sorted((Effect(*each) for each in columns), key=lambda e: -e.share)
     return Sensitivity(metric, len(known), explained, tuple(effects))
-
-
-def _columns(study: Study, values: Sequence[dict[str, Choice]]) -> tuple[Array, IntArray]:
-    """A column a number, a column for each choice that has no order; and whose each column is."""
-    columns: list[list[float]] = []
-    of_key: list[int] = []
-    for place, (key, parameter) in enumerate(study.parameters.items()):
-        found = [each[key] for each in values]
-        if all_numbers(parameter):
-            own = [[float(value) for value in found]]
-        else:
-            own = [[float(value == choice) for value in found] for choice in parameter]
-        columns += own
-        of_key += [place] * len(own)
-    return np.column_stack(columns), np.array(of_key)
 
 
 def _importance(inputs: Array, of_key: IntArray, truth: Array, seed: int) -> tuple[float, Array]:

@@ -29,8 +29,11 @@ def tile(found: Optimised) -> Verdict:
     deep, at = found.thorough_reference, _place(found)
     if deep is None:
         count = f"{len(found.dominating)} of {len(found.judged)} trials"
-        status: Status = "warning" if found.dominating else "fail"
-        return Verdict(status, "better than the reference", count, f"{at}, not confirmed")
+        good: Status = "warning" if found.needs_confirming else "pass"
+        where = f"{at}, not confirmed" if found.needs_confirming else at
+        return Verdict(
+            good if found.dominating else "fail", "better than the reference", count, where
+        )
     if deep.failure:
         return Verdict("fail", "better than the reference", "unknown: the reference failed", at)
     count = f"{len(found.standing)} of {len(found.confirmed)} confirmed"
@@ -48,7 +51,8 @@ def reference_sentences(found: Optimised) -> Iterator[str]:
         yield from _more(len(best) - MOST_NAMED)
         if not best:
             yield f"No trial dominates the reference, {shown(found.reference.name)}, {at}."
-        yield "No more thorough model confirmed this."
+        if found.needs_confirming:
+            yield "No more thorough model confirmed this."
     elif deep.failure:
         failure = shown(deep.failure)
         yield f"Nothing could be confirmed: the reference failed {at}: {failure}"

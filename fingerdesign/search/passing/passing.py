@@ -46,7 +46,7 @@ from fingerdesign.search.study.file import Cost, Limits, Study
 from fingerdesign.search.study.values import Choice, set_keys
 from fingerdesign.sensing.model import meshed_for_grips
 
-BATCH = 4  # Trials between two looks at the best; the sampler learns after each.
+BATCH = 4  # Trials between two looks at the best.
 SWEPT_TRIALS, TETRAHEDRA_TRIALS = 48, 16  # A trial on tetrahedra takes four times as long.
 _MOST_GRIPPED = 8  # Fingers for which a hand is searched: each takes a minute or two.
 _MOST_CONFIRMED = 4  # Whole analyses, a minute each.
@@ -120,7 +120,7 @@ def search_passing(
             allowed = most_trials(space) if most is None else most
             return find_passing(space, freedom, trials, calls, allowed, last)
 
-    space, further = space_of(design, freedom), journal.with_suffix(".plainer.jsonl")
+    space, further = space_of(design, freedom), journal.with_suffix(".plainer.sqlite")
     refuse_other_file(further)  # Now, not after the first shape's trials.
     first = found(space, journal, most, space.plainer(freedom) is None)
     outcomes = [each.outcomes[0] for each in first.tried]

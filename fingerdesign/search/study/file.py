@@ -138,7 +138,7 @@ class Bound(Table):
 class Optimise(Table):
     """``[optimise]``: how many trials; the best ``confirm`` are analysed again in 3-D."""
 
-    trials: int = Field(default=100, ge=1, le=MOST_VARIANTS)
+    trials: int = Field(default=40, ge=1, le=MOST_VARIANTS)
     confirm: int = Field(default=3, ge=0, le=100)
     confirm_fidelity: Literal["3d", "auto"] = "3d"
 

@@ -155,6 +155,15 @@ class Range(Table):
         reported = float(f"{found:.{self._digits}g}")
         return min(max(reported, float(self.low)), float(self.high))
 
+    def share(self, value: int | float) -> float:
+        """The share of the range, 0 to 1, that gives a value of it; of a level its middle."""
+        if self.levels is not None:
+            step = self.step if self.step is not None else 1
+            return (round((value - self.low) / step) + 0.5) / self.levels
+        if self.log:
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
+
     @property
     def _digits(self) -> int:
         """Digits that tell a hundred thousand values of the range apart."""
