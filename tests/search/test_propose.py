@@ -45,6 +45,7 @@ def searched(study, losses, broken, trials, batch=4):
     return known
 
 
+@pytest.mark.slow
 def test_the_best_of_a_bowl_is_found_in_24_trials():
     known = searched(ONE, bowl, lambda values: (0.0,), 24)
     best = min(known, key=lambda each: each.losses)
@@ -56,6 +57,7 @@ def test_the_best_of_a_bowl_is_found_in_24_trials():
     assert [each.values for each in again] == [each.values for each in known]
 
 
+@pytest.mark.slow
 def test_bounds_are_learnt_and_the_best_within_them_is_found():
     """Less than 40 mm is infeasible: the best lies on the bound."""
 
@@ -68,6 +70,7 @@ def test_bounds_are_learnt_and_the_best_within_them_is_found():
     assert min(each.losses[0] for each in late) < 0.05
 
 
+@pytest.mark.slow
 def test_a_front_is_covered_not_one_end_of_it():
     def two(values):
         (value,) = bowl(values)
@@ -80,6 +83,7 @@ def test_a_front_is_covered_not_one_end_of_it():
     assert np.ptp(good[:, 0] - good[:, 1]) > 0.15  # from end to end 0.32
 
 
+@pytest.mark.slow
 def test_what_failed_waits_or_is_no_finger_is_not_proposed_again():
     def sound(values):
         return values["plates.length_mm"] > 0.7
@@ -100,6 +104,7 @@ def test_what_failed_waits_or_is_no_finger_is_not_proposed_again():
     assert set(nothing.next(0)) == set(STUDY.parameters)
 
 
+@pytest.mark.slow
 def test_an_interrupted_batch_is_drawn_to_its_end_as_it_would_have_been():
     known = searched(ONE, bowl, lambda values: (0.0,), 8)
     whole, half = (Proposer(ONE, known, lambda values: True) for _ in range(2))
@@ -107,6 +112,24 @@ def test_an_interrupted_batch_is_drawn_to_its_end_as_it_would_have_been():
     begun = [half.next(seed) for seed in range(2)]
     rest = Proposer(ONE, [*known, *map(Known, begun)], lambda values: True)
     assert [*begun, rest.next(2), rest.next(3)] == drawn
+
+
+def test_what_is_no_finger_among_the_first_gives_way_to_what_no_other_has():
+    def sound(values):
+        return values["plates.count"] > 9
+
+    known = []
+    for _ in range(propose.FIRST):
+        known.append(Known(Proposer(STUDY, known, sound).next(0)))
+    assert all(sound(each.values) for each in known)
+    assert len({tuple(each.values.values()) for each in known}) == propose.FIRST
+
+
+def test_a_failure_leaves_the_order_of_what_breaks_bounds():
+    broken = [(0.0, 0.0), (0.0, 0.2), (0.1, 0.4), (1.0, propose.MOST_EXCESS)]
+    found = propose._feasibility(broken)
+    assert found[0] == 1.0
+    assert np.all(np.diff(found) < -0.1)
 
 
 @pytest.mark.parametrize("trials", [propose.MOST_KNOWN + 40])

@@ -17,6 +17,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.compare.recommend import fails_purpose
+from fingerdesign.search.optimise.propose import MOST_EXCESS
 from fingerdesign.search.optimise.trials import FAILED, PURPOSE, Trial, Trials
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Planned, planned
@@ -25,7 +26,6 @@ from fingerdesign.search.study.values import value_of
 from fingerdesign.search.study.variants import Variant, variant_of
 
 ABSENT = 1e9  # The loss of a failed trial: no result is as large.
-_MOST_EXCESS = 1e6
 BATCH = 4  # So many trials keep 2 to 4 cores busy; the model learns one batch late.
 # Jobs to their outcomes, in order (run.run_jobs on a cluster); what is stored costs nothing.
 Evaluator = Callable[[Sequence[Planned]], Sequence[Outcome]]
@@ -53,10 +53,10 @@ def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], di
         if len(known) < len(outcomes) or any(each.status != "ok" for each in outcomes):
             worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
             every = (PURPOSE, *study.constraints)
-            return worst, {FAILED: 1.0} | dict.fromkeys(every, _MOST_EXCESS)
+            return worst, {FAILED: 1.0} | dict.fromkeys(every, MOST_EXCESS)
         values.append(max(known) if objective.direction == "min" else min(known))
     broken = {
-        name: min(max(bound.excess(each.metrics.get(name)) for each in outcomes), _MOST_EXCESS)
+        name: min(max(bound.excess(each.metrics.get(name)) for each in outcomes), MOST_EXCESS)
         for name, bound in study.constraints.items()
     }
     return values, {FAILED: 0.0, PURPOSE: float(len(lacks(study, outcomes)))} | broken

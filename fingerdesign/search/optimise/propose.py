@@ -28,6 +28,7 @@ from fingerdesign.search.study.file import Study
 from fingerdesign.search.study.values import Choice, Range, all_numbers
 from fingerdesign.search.study.variants import Values, at_shares
 
+MOST_EXCESS = 1e6  # Of a constraint; that of a trial that failed.
 FIRST = 4  # Trials that are spread over the ranges, before a model proposes any.
 MOST_KNOWN = 300  # Trials in a model: its time grows with their cube.
 _APART = 0.02  # of the ranges: nearer to a known trial little is new.
@@ -135,11 +136,11 @@ def inputs_of(study: Study, shares: Array) -> tuple[Array, IntArray]:
 
 
 def _spread(study: Study, index: int) -> Array:
+    """Shares for the trial of an index; behind them those that no other of the first has."""
     from scipy.stats import qmc
 
     points: Any = qmc.Halton(len(study.parameters), rng=study.study.seed)
-    points.fast_forward(index)
-    return np.asarray(points.random(2 * _TRIES))
+    return np.asarray(points.random(index + 2 * _TRIES * FIRST)[index::FIRST])
 
 
 def _fewer(known: Sequence[Known]) -> list[Known]:
@@ -215,9 +216,11 @@ class _Models:
 
 
 def _feasibility(broken: Iterable[tuple[float, ...]]) -> Array:
-    """1 for a feasible trial; for others below 0, less the more they break."""
+    """1 for a feasible trial; for others below 0, less the more they break. What failed breaks all
+    by an excess that says nothing of the others'."""
     excess = np.maximum(np.array([(*each, 0.0) for each in broken]), 0.0)
-    total = (excess / np.maximum(excess.max(axis=0), 1e-300)).sum(axis=1)
+    most = np.where(excess < MOST_EXCESS, excess, 0.0).max(axis=0)
+    total = np.minimum(excess / np.maximum(most, 1e-300), 1.0).sum(axis=1)
     worst = _NEAR_FEASIBLE - (1.0 + _NEAR_FEASIBLE) * total / max(total.max(), 1e-300)
     return np.where(total > 0.0, worst, 1.0)
 
