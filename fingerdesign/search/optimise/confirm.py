@@ -106,7 +106,7 @@ class Optimised:
 
     @property
     def needs_confirming(self) -> bool:
-        """Whether a more thorough model than that of the trials could say otherwise."""
+        """True where a more thorough model than that of the trials could say otherwise."""
         return self.search.study.study.fidelity == "plane-strain"
 
     @property

@@ -17,11 +17,12 @@ Riche and L. Carraro, Kriging is well-suited to parallelize optimization, Spring
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress, starmap
 from typing import Any
 
 import numpy as np
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.runtime.threads import one_thread
 from fingerdesign.search.compare.recommend import dominated
 from fingerdesign.search.study.file import Study
@@ -161,35 +162,29 @@ class _Models:
     kernels: of models that were fitted to the same results; none: they are fitted.
     """
 
-    def __init__(self, study: Study, known: Sequence[Known], kernels: Sequence[Any]) -> None:
+    def __init__(self, study: Study, known: Sequence[Known], kernels: list[Any]) -> None:
         shares = shares_of(study, [each.values for each in known])
         inputs = inputs_of(study, shares)[0]
         done = np.array([each.broken is not None for each in known])
         valued = np.array([each.losses is not None for each in known])
-        feasible = _feasibility([each.broken for each in known if each.broken is not None])
-        losses = _tamed(np.array([each.losses for each in known if each.losses is not None]))
-        self.kernels = list(kernels) or [
-            _kernel(inputs[done], feasible),
-            *(_kernel(inputs[valued], each) for each in losses.T),
-        ]
-        own, waiting = iter(self.kernels), inputs[~done]
-        self._feasible = _model(next(own), inputs[done], feasible, waiting)
-        self._losses = [_model(next(own), inputs[valued], each, waiting) for each in losses.T]
+        feasible = _feasibility([each.broken or () for each in compress(known, done)])
+        losses = _tamed(np.array([each.losses for each in compress(known, valued)]))
+        known_of = [(inputs[done], feasible), *((inputs[valued], each) for each in losses.T)]
+        self.kernels = kernels or list(starmap(_kernel, known_of))
+        self._feasible, *self._losses = (
+            _model(kernel, *own, inputs[~done])
+            for kernel, own in zip(self.kernels, known_of, strict=True)
+        )
         # The model's own means, for a result that is good by chance alone is not to be beaten.
         means = np.column_stack([each.predict(inputs) for each in self._losses])
         label = np.ones(len(known))
         label[done] = feasible
-        if len(waiting):
-            label[~done] = self._feasible.predict(waiting)
+        if not done.all():
+            label[~done] = self._feasible.predict(inputs[~done])
         good = (valued | ~done) & (label > 0.0)
         self._corner = means.max(axis=0) + 0.1 * np.ptp(means, axis=0) + 1e-9
         self._reached = means[good]
-        front = np.flatnonzero(good & valued)
-        if len(front):
-            front = front[~dominated(means[front])]
-        else:
-            front = np.argsort(-np.where(valued, label, -2.0), kind="stable")[:3]
-        self.best = shares[front]
+        self.best = shares[_best(means, good & valued, np.where(valued, label, -2.0))]
 
     def scores(self, inputs: Array, chance: np.random.Generator) -> Array:
         """Scores of candidates (n,); where no trial is feasible, the probability that they are."""
@@ -213,6 +208,14 @@ class _Models:
         way = np.maximum(way / np.linalg.norm(way), 1e-6)
         inside = ((self._corner - losses) / way).min(axis=-1)
         return np.asarray(np.maximum(inside, 0.0) ** len(way))
+
+
+def _best(losses: Array, good: BoolArray, label: Array) -> IntArray:
+    """Places of the good trials that no other dominates; where none is good those nearest to it."""
+    front = np.flatnonzero(good)
+    if not len(front):
+        return np.argsort(-label, kind="stable")[:3]
+    return np.asarray(front[~dominated(losses[front])])
 
 
 def _feasibility(broken: Iterable[tuple[float, ...]]) -> Array:
