@@ -125,6 +125,25 @@ def test_what_is_no_finger_among_the_first_gives_way_to_what_no_other_has():
     assert len({tuple(each.values.values()) for each in known}) == propose.FIRST
 
 
+def test_many_keys_share_one_length_and_small_spaces_are_used_up():
+    keys = "\n".join(
+        f'"plates.rows[{k}].pitch_mm" = {{ low = 0.5, high = 1.5 }}' for k in range(30)
+    )
+    text = 'study = { name = "s", base = "maeno2000", count = 8 }\n'
+    text += 'objectives = [{ metric = "cost" }]\n'
+    many = parse_study(f"{text}[parameters]\n{keys}")
+    known = searched(many, lambda v: (sum(v.values()),), lambda v: (0.0,), 12)
+    columns, _ = inputs_of(many, shares_of(many, [each.values for each in known]))
+    kernel = propose._kernel(columns, np.array([each.losses[0] for each in known]))
+    assert kernel.k1.k2.length_scale.shape == ()
+    few = parse_study(f"""{text}[parameters]
+"plates.count" = {{ low = 3, high = 7, log = true }}
+"gages.tee" = [true, false]
+""")
+    known = searched(few, lambda v: (float(v["plates.count"]),), lambda v: (0.0,), 12)
+    assert len({tuple(each.values.values()) for each in known}) == 10
+
+
 def test_a_failure_leaves_the_order_of_what_breaks_bounds():
     broken = [(0.0, 0.0), (0.0, 0.2), (0.1, 0.4), (1.0, propose.MOST_EXCESS)]
     found = propose._feasibility(broken)

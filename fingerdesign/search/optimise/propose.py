@@ -36,6 +36,9 @@ _APART = 0.02  # of the ranges: nearer to a known trial little is new.
 _CANDIDATES, _STEP = 1024, 0.12  # So many at random and near good trials; a share's deviation.
 _TRIES = 20  # Of the best candidates, and as many of all, until one can exist: 0.08 s each.
 _DIRECTIONS, _DRAWS, _RESTARTS = 32, 16, 2
+# Beyond so many inputs one length is for all, and beyond so many numbers one start: else a batch
+# of 100 keys would wait for minutes.
+_MOST_LENGTHS, _MANY = 20, 1000
 # Bounds of a model's lengths, of its noise and of its variance, relative to ranges and variance.
 # A length below 0.3 follows the jumps of peak_ratio, which are noise to a search.
 _LENGTHS, _NOISES, _SCALES = (0.3, 10.0), (1e-4, 1.0), (0.05, 20.0)
@@ -75,7 +78,9 @@ class Proposer:
                 ranked = self._ranked(np.random.default_rng(seed))
         rows = _first_and_some(ranked.tolist(), _TRIES)
         every = [at_shares(self._study, tuple(row)) for row in rows]
-        found = next(filter(self._sound, every), every[0])
+        known = [each.values for each in self._known]
+        new = [each for each in every if each not in known] or every
+        found = next(filter(self._sound, new), new[0])
         self._known.append(Known(found))
         return found
 
@@ -241,10 +246,14 @@ def _kernel(inputs: Array, values: Array) -> Any:
     from sklearn.gaussian_process import GaussianProcessRegressor
     from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
 
-    smooth = Matern(np.full(inputs.shape[1], 0.7), _LENGTHS, nu=2.5)
+    count, size = inputs.shape
+    smooth = Matern(np.full(size, 0.7), _LENGTHS, nu=2.5)
+    if size > _MOST_LENGTHS:
+        smooth = Matern(0.3 * np.sqrt(size), (0.3, 10.0 * np.sqrt(size)), nu=2.5)
     kernel = ConstantKernel(1.0, _SCALES) * smooth + WhiteKernel(1e-2, _NOISES)
+    restarts = _RESTARTS if count * size < _MANY else 0
     model = GaussianProcessRegressor(
-        kernel, normalize_y=True, n_restarts_optimizer=_RESTARTS, random_state=0
+        kernel, normalize_y=True, n_restarts_optimizer=restarts, random_state=0
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # A length may end at its bound.
