@@ -59,7 +59,7 @@ def test_the_best_of_a_bowl_is_found_in_24_trials():
 
 @pytest.mark.slow
 def test_bounds_are_learnt_and_the_best_within_them_is_found():
-    """Less than 40 mm is infeasible: the best lies on the bound."""
+    """Less than 45 mm is infeasible: the best lies on the bound."""
 
     def broken(values):
         return (max(0.0, 45.0 - values["body.arc_radius_mm"]),)
