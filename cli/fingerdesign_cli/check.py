@@ -151,7 +151,7 @@ def _study_facts(path: Path) -> tuple[dict[str, object], DesignError | None]:
     errors: list[DesignError] = []
     notes: dict[str, object] = {}
     with collected(errors):
-        base = base_design(study, path.parent)
+        base = base_design(study, path)
         notes["each variant"] = "; ".join(_training_words(base))
         notes["cannot exist"] = _impossible(study, base)
     with collected(errors):

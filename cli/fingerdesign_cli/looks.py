@@ -263,7 +263,7 @@ def _study(data: _Data, folder: Path) -> Look:
     short = summary(found.outcomes, found.facts, best)
     failed = {k: v for k, v in data["outcomes"].items() if k not in ("all", "ok")}
     bad = [f"{count} {kind}: causes in failures.csv" for kind, count in failed.items()]
-    good = [f"recommended: {short.recommended}. {short.why}"] if short.recommended else []
+    good = [short.words] if short.recommended else []
     good += [f"its {key} = {value}" for key, value in short.values.items()]
     bad += [] if short.recommended else [short.why]
     facts = [short.counts, *(f"better elsewhere: {each}" for each in short.given_up)]

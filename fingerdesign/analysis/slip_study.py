@@ -44,6 +44,9 @@ _RESISTS = 0.1
 # Shares of the strongest response that a gage area can count from, tried next to a design's own.
 # The response to F_t is known, so that each costs no increment.
 _SHARES = tuple(k / 20.0 for k in range(6, 17))
+# Areas are sums over nodes: those that differ by less of their range differ by rounding alone, which
+# another processor does otherwise.
+_EQUAL = 1e-9
 _CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
 # Steps of the press that calibrates; a hand records hundreds. While the finger is still pressed,
 # F_t is small and straight lines between few steps cost rank: of film_tees at a friction of 0.2,
@@ -297,10 +300,13 @@ def rank_correlation(first: Array, second: Array) -> float | None:
 
 
 def _mean_ranks(values: Array) -> Array:
-    """Ranks from 1, equal values sharing the mean of theirs."""
-    _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
-    last = np.cumsum(count)
-    return np.asarray((last - 0.5 * (count - 1))[inverse])
+    """Ranks from 1, values that only rounding tells apart sharing the mean of theirs."""
+    order = np.argsort(values)
+    jumps = np.diff(values[order]) > _EQUAL * np.ptp(values)
+    group = np.empty(len(values), dtype=int)
+    group[order] = np.concatenate([[0], np.cumsum(jumps)])
+    count = np.bincount(group)
+    return np.asarray((np.cumsum(count) - 0.5 * (count - 1))[group])
 
 
 def gage_areas(x: Array, responses: Array, threshold: float) -> Array:

@@ -98,7 +98,9 @@ class Journal:
             raise JournalError(f"{self.path} cannot be written: {error}{remedy}") from error
         self._found |= records
 
-    def _foreign(self, what: str) -> DesignError:
+    def foreign(self, what: str = "") -> DesignError:
+        """The refusal of a file that is not ``what``: by default a journal of this kind."""
+        what = what or f"a journal of {self._about['kind']}"
         remedy = "move it away, or choose another --out"
         return DesignError([Fault("--out", str(self.path), what, remedy)])
 
@@ -126,7 +128,7 @@ class Journal:
         return base
 
     def _read(self) -> None:
-        foreign = self._foreign(f"a journal of {self._about['kind']}")
+        foreign = self.foreign()
         if not self.path.is_file():
             raise foreign
         try:
@@ -142,7 +144,7 @@ class Journal:
                 raise foreign
             own = about["identity"]  # KeyError: it is not whole
             if self._about.get("identity", own) != own:
-                raise self._foreign("of this design, setting and version")
+                raise self.foreign("of this design, setting and version")
             rows = base.execute("select key, record from records order by rowid").fetchall()
             self._found = {str(key): finite_json(record) for key, record in rows}
         except OSError as error:

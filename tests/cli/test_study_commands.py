@@ -39,7 +39,7 @@ def out(tmp_path):
 @pytest.mark.slow
 def test_files_of_a_finger(study, out, terminal):
     shown = terminal("generate", study, "--out", out, "--only", "1", "--workers", "1").out
-    assert "1 variants, 0 of them there already" in shown
+    assert "1 variant: " in shown
     folder = out / "few" / "few-0001"
     names = ["body.stl", "few-0001.toml", "finger.step", "finger.stl", "plates.stl"]
     assert sorted(path.name for path in folder.iterdir()) == names
@@ -166,7 +166,7 @@ def test_page_and_csv(outcomes, page, tmp_path, terminal):
     csv = tmp_path / "designs.csv"
     requested = ["compare", outcomes, "--out", page, "--csv", csv]
     shown = terminal(*requested, "--objective", "stick_error", "--objective", "cost:min").out
-    assert "recommended: any_" in shown
+    assert "Recommended: any_" in shown
     assert shown.index("★ recommended") < shown.index("○ feasible")  # a row a design
     assert "<title>study: fingers compared</title>" in page.read_text("utf-8")
     assert len(csv.read_text("utf-8").splitlines()) == 13
@@ -178,7 +178,7 @@ def test_page_and_csv(outcomes, page, tmp_path, terminal):
 
 def test_warnings_fit_80_columns_and_name_the_variant(outcomes, terminal, in_tmp_path, capsys):
     shown = terminal("compare", outcomes.name, "--out", "c.html").out
-    chosen = re.search(r"recommended: (\w+)", shown)[1]
+    chosen = re.search(r"Recommended: (\w+)", shown)[1]
     assert f"warning: {chosen} was analysed in plane strain" in shown
     failed = next(each for each in MADE if each.failure)
     failed = replace(failed, failure=Failure("failed", "No mesh. " * 20))

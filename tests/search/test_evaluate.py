@@ -443,7 +443,9 @@ sampling = "grid"
 )
 def test_what_the_mold_leaves_is_computed_where_a_study_names_it(more, named, tmp_path):
     study = parse_study(ONE + more)
-    (job,) = planned(study, variants(study, base_design(study, tmp_path)), {"fundamental": None})
+    (job,) = planned(
+        study, variants(study, base_design(study, tmp_path / "s.toml")), {"fundamental": None}
+    )
     assert job.on_request == named
     machined = replace(job, design=with_values(job.design, {"mold.process": "machined"}))
     assert (machined.digest() != job.digest()) == bool(named)  # No analysis but this sees the mold.

@@ -5,7 +5,10 @@ What an objective depends on. Proposals: test_propose.py.
 """
 
 import json
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -191,7 +194,7 @@ def test_the_best_are_confirmed_against_the_reference_of_the_same_model(longer, 
     assert "None of the 2 fingers analysed again in 3-D" in verdict(flattered)[0]
 
 
-def test_a_small_space_is_repeated_at_no_cost_and_reported_once(tmp_path):
+def test_a_small_space_is_searched_whole_and_no_further(tmp_path):
     text = """
 study = { name = "small", base = "maeno2000", count = 2 }
 objectives = [{ metric = "stick_error" }]
@@ -201,8 +204,13 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     search = search_of(text)
     tried = optimise(search, tmp_path / "j", Evaluator())
     found = confirm(search, tried, Evaluator())
-    assert found.counts()["trials"] == 9
-    assert len(found.outcomes) == 2  # the reference is one of the two
+    assert found.judged[0].losses[0] == found.reference.losses[0]
+    assert found.counts()["trials"] == 2
+    assert any("all combinations" in each for each in found.sentences())
+    names = [each.name for each in found.outcomes]  # one trial is the reference's finger
+    assert names == ["reference-maeno2000", "small-0001", "small-0002"]
+    again = optimise(search, tmp_path / "j", Evaluator())
+    assert values_of(again) == values_of(tried)
     (folder := tmp_path / "folder").mkdir()
     write_optimised(folder, found, text)
     record = json.loads((folder / "study.json").read_text())["optimise"]
@@ -212,7 +220,7 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     assert page.index("better than the reference") < page.index(">recommended<")
     stated = verdict(found)
     assert "No more thorough model confirmed this." in stated
-    assert any("too few, 20 are needed" in each for each in stated)
+    assert any("2 trials have it, 20 are needed" in each for each in stated)
     study = search.study.model_copy(
         update={"study": search.study.study.model_copy(update={"fidelity": "3d"})}
     )
@@ -368,15 +376,16 @@ parameters = { "plates.count" = [9, 11, 13] }
 """
 )
 BASE = base_design(SMALL)
+HELD = {"failed": 0.0, "purpose": 0.0}  # of a feasible trial
 
 
 def test_a_refused_study_adds_nothing_to_the_journal(tmp_path):
     journal = tmp_path / "trials.sqlite"
     with pytest.raises(DesignError, match="at least one objective"):
-        refuse_aimless(SMALL.model_copy(update={"objectives": ()}))
+        refuse_aimless(SMALL.model_copy(update={"objectives": ()}), Path("s.toml"))
     with Trials(SMALL, BASE, journal) as trials:
         trials.draw(3)
-        trials.report(1, [2.0], {})
+        trials.report(1, [2.0], HELD)
     whole = journal.read_bytes()
     others = SMALL.model_copy(update={"study": SMALL.study.model_copy(update={"seed": 6})})
     more = SMALL.objectives[0].model_copy(update={"metric": "plates"})
@@ -398,6 +407,48 @@ def test_what_is_no_journal_is_refused_and_left_alone(tmp_path):
         with pytest.raises(DesignError, match="journal of trials"), Trials(SMALL, BASE, path):
             pass
     assert journal.read_text() == "no journal\n"
+
+
+@pytest.mark.parametrize(
+    ("key", "record"),
+    [
+        ("1", []),
+        ("1", {}),
+        ("1", {"valuEs": {"plates.count": 9}}),
+        ("1", {"values": {"plates.number": 9}}),
+        ("1", {"values": {"plates.count": 10}}),
+        ("1", {"values": {"plates.count": "9"}}),
+        ("1", {"values": {"plates.count": 9}, "objectives": [1.0]}),
+        ("1", {"values": {"plates.count": 9}, "objectives": [], "broken": HELD}),
+        ("1", {"values": {"plates.count": 9}, "objectives": [1e300], "broken": HELD}),
+        ("1", {"values": {"plates.count": 9}, "objectives": [1.0], "broken": {"failed": 0.0}}),
+        ("0", {"values": {"plates.count": 9}}),
+        ("3", {"values": {"plates.count": 11}}),
+        ("one", {"values": {"plates.count": 11}}),
+    ],
+)
+def test_a_journal_with_a_record_of_another_kind_is_refused(tmp_path, key, record):
+    """The database is sound; the record is not of this study, or a trial is missing before it."""
+    path = tmp_path / "trials.sqlite"
+    with Trials(SMALL, BASE, path) as trials:
+        trials.draw(1)
+        trials.report(1, [2.0], HELD)
+    with closing(sqlite3.connect(path)) as base, base:
+        base.execute("insert or replace into records values (?, ?)", (key, json.dumps(record)))
+    with pytest.raises(DesignError, match="journal of trials"), Trials(SMALL, BASE, path):
+        pass
+
+
+def test_what_failed_and_is_analysed_again_is_learnt(tmp_path):
+    def failing(job):
+        return replace(formula_of(job), status="failed", failure=Failure("timeout", "too long"))
+
+    search, journal = search_of(), tmp_path / "trials.sqlite"
+    optimise(search, journal, Evaluator(outcome=failing), trials=4)
+    retried = optimise(search, journal, Evaluator(), trials=8)
+    assert values_of(retried) == values_of(
+        optimise(search, tmp_path / "new", Evaluator(), trials=8)
+    )
 
 
 DECIDED = parse_study(

@@ -208,10 +208,10 @@ def test_files_lie_next_to_the_study(tmp_path, in_tmp_path):
     (home / "study.toml").write_text(text, "utf-8")
     study = read_study("home/study.toml")
     assert study.parameters["mesh.file"] == (str(home / "a.msh"), "/b.msh")
-    assert base_design(study, home).body.width_mm == 10.0
+    assert base_design(study, home / "s.toml").body.width_mm == 10.0
     assert parse_study(text, "home/study.toml").digest() == study.digest()
     with pytest.raises(DesignError, match=r"own\.toml"):
-        base_design(study, Path("elsewhere"))
+        base_design(study, Path("elsewhere/s.toml"))
 
 
 def test_many_wrong_choices_are_judged_quickly_and_reported_in_part():

@@ -41,7 +41,7 @@ def generate(
 ) -> int:
     """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME."""
     study = read_study(study_file)
-    base = variants.base_design(study, study_file.parent)
+    base = variants.base_design(study, study_file)
     target = out / study.name
     with naming_out(target, f"variants of {study.name}"):
         refuse_foreign(study, target)
@@ -96,7 +96,9 @@ def _show(found: Sequence[Made], target: Path) -> None:
         return
     _show_invalid(invalid, target)
     existed, failed = sum(m.existed for m in found), sum(m.failed for m in found)
-    click.echo(f"{len(found) - len(invalid)} variants, {existed} of them there already: {target}")
+    there = f", {existed} of them there already" if existed else ""
+    count = len(found) - len(invalid)
+    click.echo(f"{count} variant{'' if count == 1 else 's'}{there}: {target}")
     if invalid:
         click.echo(f"{len(invalid)} cannot exist: {target / 'invalid.csv'}")
     if failed:

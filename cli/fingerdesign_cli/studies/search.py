@@ -75,8 +75,7 @@ def _causes(target: Path) -> Path:
 
 def say_recommended(found: Summary) -> None:
     """Print the recommended design with its values, or why there is none."""
-    chosen = f"recommended: {found.recommended}. " if found.recommended else ""
-    terminal.say_wrapped(f"{chosen}{found.why}")
+    terminal.say_wrapped(found.words)
     for key, value in found.values.items():
         click.echo(f"  {key} = {value}")
 
@@ -127,10 +126,10 @@ def optimise(
     if keys.keep or keys.free:
         raise click.UsageError("--keep and --free belong to a design; a study names its keys")
     (text, study), folder = setting.read(study_file), study_file.parent
-    refuse_aimless(study)
+    refuse_aimless(study, study_file)
     target = out / study.name
     refuse_foreign(SEARCH_FOLDER, target)
-    search = Search(study, base_design(study, folder), run.study_scenes(study, folder))
+    search = Search(study, base_design(study, study_file), run.study_scenes(study, folder))
     store = run.Store()
     journal, at = journal_path(target.absolute()), Cluster(setting.workers, setting.scheduler)
     with (
@@ -150,13 +149,15 @@ def optimise(
         found = confirm(search, tried, evaluated, lambda message: show(message, None))
         show("writing the report", 1.0)
         with SEARCH_FOLDER.written(target) as aside:
-            write_optimised(aside, found, text)
+            compared = write_optimised(aside, found, text)
     outcomes = [o for each in tried for o in each.outcomes]
     if terminal.as_json():
         line({"folder": str(target), **found.data()})
     elif not terminal.quiet():
+        say_recommended(_head(compared))
         for sentence in (*found.sentences(), *verdict(found)):
             terminal.say_wrapped(sentence)
+        _say_failures(kinds_of(outcomes), target)
         for table in tables(found):
             terminal.print_table(table.caption, table.columns, table.rows)
     _say_end(kinds_of([*outcomes, *found.again]), target)
@@ -299,7 +300,7 @@ def sweep(study_file: Path, out: Path, shard: str | None, setting: Setting) -> i
     refuse_foreign(FOLDER, target)
     _warn_of_another(target, text)
     scenes = run.study_scenes(study, folder)
-    plan = run.planned(study, variants(study, base_design(study, folder), part), scenes)
+    plan = run.planned(study, variants(study, base_design(study, study_file), part), scenes)
     most = len(range(part[0], number_of_points(study) + 1, part[1])) * len(scenes)
     with terminal.progress(study.name, not terminal.as_json()) as show:
         with ExitStack() as stack:
@@ -352,21 +353,28 @@ def _counts(kinds: Mapping[str, int], last: run.Standing | None) -> dict[str, ob
     }
 
 
-def _show(
-    found: Comparison, every: Mapping[str, int], last: run.Standing | None, target: Path
-) -> None:
+def _head(found: Comparison) -> Summary:
     facts = found.facts
     best = recommend(found.outcomes, facts.objectives, facts.constraints)
-    head = summary(found.outcomes, facts, best)
-    terminal.say_wrapped(head.counts)
-    counts = _counts(every, last)
-    kinds = counts["failures_by_kind"]
-    assert isinstance(kinds, dict)
+    return summary(found.outcomes, facts, best)
+
+
+def _say_failures(every: Mapping[str, int], target: Path) -> None:
+    """Count what failed, with where the causes are and whether to try again."""
+    kinds = {kind: number for kind, number in sorted(every.items()) if kind != "ok"}
     if kinds:
         reported = ", ".join(f"{number} {FAILURE_WORDS[kind]}" for kind, number in kinds.items())
         terminal.say_wrapped(f"failed: {reported}; causes in {_causes(target)}")
-    if set(kinds) & set(run.TRANSIENT):
+    if kinds.keys() & set(run.TRANSIENT):
         click.echo("--retry runs these again, with the limits that the study has now")
+
+
+def _show(
+    found: Comparison, every: Mapping[str, int], last: run.Standing | None, target: Path
+) -> None:
+    head, counts = _head(found), _counts(every, last)
+    terminal.say_wrapped(head.counts)
+    _say_failures(every, target)
     if counts["computed"] == 0 and counts["from_store"]:
         click.echo("nothing was computed: every outcome was in the store")
     elif counts["from_store"]:

@@ -87,13 +87,15 @@ def page_data(
         marks = {
             "the reference": number in references,
             "recommended": number == found.chosen,
+            "fails verdicts": number in found.failing,
             "not feasible": number not in feasible,
         }
         # How the chart of two measures shows a design that is not on their front.
-        kinds = dict(zip(("reference", "star", "out"), marks.values(), strict=True))
+        kinds = dict(zip(("reference", "star", "failing", "out"), marks.values(), strict=True))
         notes = [f"not feasible, {'; '.join(missed)}."] if missed else []
         own = {
             "feasible": number in feasible,
+            "competes": number in feasible and number not in found.failing,
             "front": number in front,
             "kind": next((kind for kind, holds in kinds.items() if holds), "in"),
             "marks": [mark for mark, holds in marks.items() if holds],
@@ -248,10 +250,8 @@ def _carried(outcomes: Sequence[Outcome], data: dict[str, Any]) -> Widget:
 
 
 def _which(head: Summary, search: SearchFindings) -> Iterator[Item]:
-    """The recommended finger and the reasons; the reference of a search first."""
-    if search.answer:
-        yield Bullets(all_shown(search.answer))
-    yield Text(head.why, "" if head.recommended else "warnings")
+    """The recommended finger and the reasons; what a search found against its reference."""
+    yield Text(head.words, "" if head.recommended else "warnings")
     if head.values:
         caption = "Its values of what was varied"
         rows = tuple(head.values.items())
@@ -261,6 +261,8 @@ def _which(head: Summary, search: SearchFindings) -> Iterator[Item]:
         yield Text(CHANCE, "quiet")
     if head.given_up:
         yield Fold("What others of the front do better", [Bullets(head.given_up)])
+    if search.answer:
+        yield Bullets(all_shown(search.answer))
     if head.warnings:
         yield Bullets(head.warnings, "warnings")
     yield Fold("How many were compared", [Text(head.counts)])

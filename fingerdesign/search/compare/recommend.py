@@ -137,8 +137,8 @@ def fails_purpose(outcome: Outcome, bounded: Collection[str] = ()) -> dict[str, 
         found["gages"] = "it has no gages and measures nothing"
     elif change is not None and change >= UNSEEN_STICK_CHANGE:
         found["gages that can be measured"] = (
-            "its gages cannot be measured: the smallest change of the stick ratio that they show "
-            f"is {change:.2g}, {UNSEEN_STICK_CHANGE:g} is all of it between a hold and a loss"
+            f"its gages show a change of the stick ratio from {change:.2g} on; from a safe hold to "
+            f"a lost object it changes by {UNSEEN_STICK_CHANGE:g} only"
         )
     return found
 
@@ -231,16 +231,17 @@ class Recommendation:
     """The recommendation; numbers are indices of the given outcomes.
 
     feasible: meet the constraints and have every objective. group: those that were compared, of one
-    scene and fidelity, and only those that pass all verdicts where any does; front: those of the
-    group that none of it dominates; chosen: None where the front is empty; best: by objective the
-    front's best, the nearest to ``chosen``'s kind first.
-    alike: others of the front, as near as ``chosen``; same: others of the group from which nothing
-    shows it to differ, in any objective. runner_up: the next of the front, or of the
-    group where the front has one alone. scene, fidelity: the group's.
+    scene and fidelity, and only those that pass all verdicts where any does; failing: the others of
+    them, then; front: those of the group that none of it dominates; chosen: None where the front is
+    empty; best: by objective the front's best, the nearest to ``chosen``'s kind first; alike:
+    others of the front, as near as ``chosen``; same: others of the group from which nothing shows
+    it to differ, in any objective; runner_up: the next of the front, or of the group where the
+    front has one alone. scene, fidelity: the group's.
     """
 
     feasible: tuple[int, ...] = ()
     group: tuple[int, ...] = ()
+    failing: tuple[int, ...] = ()
     front: tuple[int, ...] = ()
     chosen: int | None = None
     best: tuple[int, ...] = ()
@@ -262,7 +263,9 @@ def recommend(
     )
     if not feasible or not objectives:
         return Recommendation(feasible)
-    kind, group = _group(outcomes, feasible)
+    kind, alike = _alike(outcomes, feasible)
+    group = tuple(k for k in alike if passes(outcomes[k])) or alike
+    failing = tuple(k for k in alike if k not in group)
     values, unsure = _losses(outcomes, group, objectives)
     free = ~dominated(values, unsure)
     front = _others(group, free)
@@ -281,6 +284,7 @@ def recommend(
     return Recommendation(
         feasible,
         group,
+        failing,
         front,
         chosen,
         best=tuple(front[np.lexsort((distance, column))[0]] for column in values[free].T),
@@ -336,18 +340,16 @@ def dominated(values: Array, unsure: Array | None = None) -> BoolArray:
     return found
 
 
-def _group(
+def _alike(
     outcomes: Sequence[Outcome], feasible: Sequence[int]
 ) -> tuple[tuple[str, str], tuple[int, ...]]:
     """Scene and fidelity to compare in, of 3-D where it has a choice, else the most frequent, of
-    equally frequent ones 3-D; and what is compared: those of it that pass all verdicts, where any
-    does."""
+    equally frequent ones 3-D; and the outcomes of it."""
     count = Counter((outcomes[number].scene, outcomes[number].fidelity) for number in feasible)
     deep = {key: many for key, many in count.items() if key[1] == "3d" and many >= LEAST_DEEP}
     among = deep or count
     kind = max(among, key=lambda key: (among[key], key[1] == "3d"))
-    group = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
-    return kind, tuple(k for k in group if passes(outcomes[k])) or group
+    return kind, tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
 
 
 def _scaled(values: Array, unsure: Array) -> Array:

@@ -16,8 +16,8 @@ DIGITS = 4  # significant, of a column's largest value
 MOST_DECIMALS = 6
 DIGEST_SHOWN = 12  # characters
 FIRST_COLUMNS = 14  # shown at first; the rest is a tick away
-STANDINGS = ("recommended", "front", "feasible", "not feasible")
-_MARKS = [f"{mark} {name}" for name, mark in zip(STANDINGS, "★◆○×", strict=True)]
+STANDINGS = ("recommended", "front", "feasible", "fails verdicts", "not feasible")
+_MARKS = [f"{mark} {name}" for name, mark in zip(STANDINGS, "★◆○△×", strict=True)]
 _PLAIN = ("N", "mm", "MPa", "ml", "MB", "g", "s")
 _UNITS = {"_N_per_mm": "N/mm", "_deg": "°", **{f"_{unit}": unit for unit in _PLAIN}}
 
@@ -94,6 +94,8 @@ def standing(number: int, found: Recommendation) -> str:
         return "recommended"
     if number in found.front:
         return "front"
+    if number in found.failing:
+        return "fails verdicts"
     return "feasible" if number in found.feasible else "not feasible"
 
 

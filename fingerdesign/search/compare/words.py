@@ -51,6 +51,11 @@ class Summary:
     values: Mapping[str, str] = field(default_factory=dict)
     table: Table | None = None
 
+    @property
+    def words(self) -> str:
+        """The recommended design and the reasons, or why there is none."""
+        return f"Recommended: {self.recommended}. {self.why}" if self.recommended else self.why
+
 
 def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> Summary:
     """The page's head, from what is recommended."""
@@ -79,6 +84,8 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     warnings = [shown(warning) for warning in chosen.warnings]
     of |= {"fidelity": chosen.fidelity, "large": LARGE_ERROR}
     front = f"{of['front']} of {of['group']} on the front"
+    if found.failing:
+        front = f"{of['group']} of {of['group'] + len(found.failing)} feasible pass all verdicts"
     status: Status = "fail" if of["fails"] else "pass"
     tiles = [Verdict(status, "recommended", name, count=front)]
     if facts.constraints:
@@ -98,12 +105,15 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
 
 
 def _tile(each: dict[str, Any]) -> Verdict:
-    """An objective of the recommended finger: a pass where no other is better."""
+    """An objective of the recommended finger: a pass where others are compared and none is better;
+    the best of those that fail verdicts, where that is better still."""
     own = f"{each['own']:.4g}"
     unsure = f" ± {each['unsure']:.2g}" if each["unsure"] else ""
     best = f"best {each['best']:.4g}" if each["better"] else ""
-    status: Status = "note" if each["better"] else "pass"
-    return Verdict(status, each["goal"], own + unsure, best, each["place"])
+    if each["failing"] is not None:
+        best = f"{each['failing']:.4g} fails verdicts"
+    status: Status = "note" if best or each["count"] == 1 else "pass"
+    return Verdict(status, each["words"], own + unsure, best, each["place"])
 
 
 def _counted(
@@ -175,6 +185,8 @@ def _objective(
     differ = differs(values, unsure, own, deviation[0])
     ahead = int((differ & (values < own if objective.goal == "min" else values > own)).sum())
     metric = METRICS.get(objective.metric, Metric(objective.metric))
+    end = min if objective.goal == "min" else max
+    failing = end((_metric(outcomes[k], objective.metric) for k in found.failing), default=other)
     return {
         "goal": _goal(objective),
         "words": _words(objective),
@@ -182,6 +194,7 @@ def _objective(
         "unsure": SHOWN * deviation[0],
         "place": _place(ahead, int((~differ).sum()), len(values), len(set(rest)) == 1),
         "best": other,
+        "failing": failing if other != failing == end(failing, other) else None,
         "better": bool(differs(other, deviation[1], own, deviation[0])),
         "best_name": shown(outcomes[best].name),
         "rivals": {_words(each): _metric(outcomes[best], each.metric) for each in facts.objectives},
@@ -210,7 +223,7 @@ def _table(name: str, objectives: Sequence[dict[str, Any]]) -> Table:
 
 def _place(ahead: int, level: int, many: int, alike: bool) -> str:
     if many == 1:
-        return "no other is comparable"
+        return "no other to compare"
     if level == many:
         return "the same for all" if alike else "no difference shown"
     return f"{ahead + 1} of {many}{f', with {level - 1} more' if level > 1 else ''}"

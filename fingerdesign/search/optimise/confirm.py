@@ -27,11 +27,13 @@ from fingerdesign.search.optimise.optimise import (
     reference_plan,
     reported,
 )
+from fingerdesign.search.optimise.propose import MOST_LISTED
 from fingerdesign.search.optimise.sensitivity import Sensitivity, sensitivities
 from fingerdesign.search.optimise.trials import Trial
 from fingerdesign.search.optimise.volume import beats, hypervolume, most_volume
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.study.file import Study
+from fingerdesign.search.study.variants import combinations
 
 MARGIN = 0.1  # of the front's range, beyond its worst end, where no reference bounds the volume
 
@@ -42,7 +44,7 @@ class Judged:
 
     metrics: of each objective and constraint, the worst scene's. failure: "" where it was analysed.
     lacks: what it is for and is not, with a sentence each; feasible is what lacks nothing and meets
-    the constraints.
+    the constraints. fails: number of verdicts that it fails, where they were judged.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Judged:
     feasible: bool
     failure: str = ""
     lacks: Mapping[str, str] = field(default_factory=dict)
+    fails: int = 0
 
     def dominates(self, other: Judged) -> bool:
         """Nowhere worse and somewhere better, and it is feasible."""
@@ -117,11 +120,8 @@ class Optimised:
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:
-        """All: the reference and confirmations first, then trials; of one digest the first."""
-        unique: dict[str, Outcome] = {}
-        for outcome in (*self.again, *(each for one in self.tried for each in one.outcomes)):
-            unique.setdefault(outcome.digest, outcome)
-        return tuple(unique.values())
+        """All: the reference and confirmations first, then trials."""
+        return (*self.again, *chain.from_iterable(each.outcomes for each in self.tried))
 
     @cached_property
     def sensitivities(self) -> tuple[Sensitivity, ...]:
@@ -152,13 +152,16 @@ class Optimised:
             for each in self.search.study.objectives
         )
         yield (
-            f"{_many(counts['trials'], 'trial', 'trials')} ({counts['invalid']} no finger, "
+            f"{many(counts['trials'], 'trial', 'trials')} ({counts['invalid']} no finger, "
             f"{counts['failed']} failed) for {goals}: {counts['front']} on the front, "
-            f"{_many(counts['dominate_reference'], 'dominates', 'dominate')} {reference.name}."
+            f"{many(counts['dominate_reference'], 'dominates', 'dominate')} {reference.name}."
         )
+        every = combinations(self.search.study, MOST_LISTED)
+        if every is not None and len(every) == counts["trials"]:
+            yield "These trials are all combinations that the parameters have."
         lacked = Counter(lack for each in self.judged for lack in each.lacks)
         if lacked:
-            fail = _many(counts["fail_purpose"], "trial fails", "trials fail")
+            fail = many(counts["fail_purpose"], "trial fails", "trials fail")
             verb = "is" if counts["fail_purpose"] == 1 else "are"
             lacking = ", ".join(f"{what} ({count})" for what, count in lacked.items())
             yield (
@@ -209,7 +212,8 @@ class Optimised:
         }
 
 
-def _many(count: int, one: str, more: str) -> str:
+def many(count: int, one: str, more: str) -> str:
+    """A number of things in words."""
     return f"{count} {one if count == 1 else more}"
 
 
@@ -236,6 +240,7 @@ def judge(study: Study, outcomes: Sequence[Outcome]) -> Judged:
         feasible=all(excess <= 0.0 for excess in broken.values()),
         failure=_failure(outcomes, broken["failed"] > 0.0),
         lacks=lacks(study, outcomes),
+        fails=int(max(each.metrics.get("failed_verdicts") or 0.0 for each in outcomes)),
     )
 
 

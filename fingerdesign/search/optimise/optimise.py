@@ -100,6 +100,15 @@ def searched(
     """
     most = search.study.optimise.trials if trials is None else trials
     found: dict[int, Tried] = {}
+
+    def evaluate(some: Sequence[Trial]) -> None:
+        for tried in _evaluated(search, some, evaluated) if some else ():
+            journal.report(tried.number, *reported(search.study, tried.outcomes))
+            found[tried.number] = tried
+
+    waiting = journal.drawn(waiting=True)
+    # Those of earlier runs, first: what failed then may be analysed now.
+    evaluate([trial for trial in journal.drawn() if trial not in waiting])
     while True:
         drawn, waiting = journal.drawn(), journal.drawn(waiting=True)
         report(len(drawn) - len(waiting), max(most, len(drawn)))
@@ -109,19 +118,16 @@ def searched(
             waiting = journal.drawn(waiting=True)
         if not waiting:
             break
-        for tried in _evaluated(search, waiting, evaluated):
-            journal.report(tried.number, *reported(search.study, tried.outcomes))
-            found[tried.number] = tried
-    earlier = [trial for trial in journal.drawn() if trial.number not in found]
-    found |= {tried.number: tried for tried in _evaluated(search, earlier, evaluated)}
+        evaluate(waiting)
     return tuple(found[number] for number in sorted(found))
 
 
-def refuse_aimless(study: Study) -> None:
+def refuse_aimless(study: Study, file: Path) -> None:
     """DesignError for a study without objectives."""
     if not study.objectives:
         remedy = 'write [[objectives]] with metric = "stick_error", and others'
-        raise DesignError([Fault("objectives", "(absent)", "at least one objective", remedy)])
+        fault = Fault("objectives", "(absent)", "at least one objective", remedy)
+        raise DesignError([fault], str(file))
 
 
 def _to_draw(drawn: int, waiting: int, most: int, batch: int) -> int:

@@ -17,7 +17,7 @@ from fingerdesign.report.style import Axes
 from fingerdesign.report.table import Table
 from fingerdesign.search.compare.folder import FILES, write_study
 from fingerdesign.search.compare.page import SearchFindings
-from fingerdesign.search.compare.read import STUDY_FILE
+from fingerdesign.search.compare.read import STUDY_FILE, Comparison
 from fingerdesign.search.optimise import words
 from fingerdesign.search.optimise.confirm import Judged, Optimised
 from fingerdesign.search.optimise.trials import ENDING
@@ -162,9 +162,10 @@ def journal_path(target: Path) -> Path:
     return target.with_name(f"{target.name}{ENDING}")
 
 
-def write_optimised(folder: Path, found: Optimised, source: str) -> None:
-    """Write all files into ``folder``; ``source``: the text of the study's file."""
-    write_study(
+def write_optimised(folder: Path, found: Optimised, source: str) -> Comparison:
+    """Write all files into ``folder``; what its page compares. source: the text of the study's
+    file."""
+    compared = write_study(
         folder,
         found.search.study,
         found.outcomes,
@@ -182,3 +183,4 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
     )
     if len(found.search.study.objectives) > 1:
         (folder / CHART_FILE).write_bytes(front_png(found))
+    return compared

@@ -27,10 +27,11 @@ from fingerdesign.runtime.threads import one_thread
 from fingerdesign.search.compare.recommend import dominated
 from fingerdesign.search.study.file import Study
 from fingerdesign.search.study.values import Choice, Range, all_numbers
-from fingerdesign.search.study.variants import Values, at_shares
+from fingerdesign.search.study.variants import Values, at_shares, combinations
 
 MOST_EXCESS = 1e6  # Of a constraint; that of a trial that failed.
 FIRST = 4  # Trials that are spread over the ranges, before a model proposes any.
+MOST_LISTED = 2000  # Combinations of values that are searched for one that is left.
 MOST_KNOWN = 300  # Trials in a model: its time grows with their cube.
 _APART = 0.02  # of the ranges: nearer to a known trial little is new.
 _CANDIDATES, _STEP = 1024, 0.12  # So many at random and near good trials; a share's deviation.
@@ -68,8 +69,9 @@ class Proposer:
         self._study, self._known, self._sound = study, [*known], sound
         self._kernels: list[Any] = []  # Fitted to results, which do not change meanwhile.
 
-    def next(self, seed: int) -> Values:
-        """The values of the next trial; they depend on the seed and the known trials alone."""
+    def next(self, seed: int) -> Values | None:
+        """The values of the next trial; they depend on the seed and the known trials alone. None
+        where all values are known."""
         done = [each for each in self._known if each.losses is not None]
         with one_thread():
             if len(self._known) < FIRST or len(done) < 2:
@@ -78,11 +80,21 @@ class Proposer:
                 ranked = self._ranked(np.random.default_rng(seed))
         rows = _first_and_some(ranked.tolist(), _TRIES)
         every = [at_shares(self._study, tuple(row)) for row in rows]
-        known = [each.values for each in self._known]
-        new = [each for each in every if each not in known] or every
-        found = next(filter(self._sound, new), new[0])
+        new = self._new(every) or self._left(every)
+        if not new:
+            return None
+        found = next(filter(self._sound, new[: 2 * _TRIES]), new[0])
         self._known.append(Known(found))
         return found
+
+    def _new(self, every: Sequence[Values]) -> list[Values]:
+        known = [each.values for each in self._known]
+        return [each for each in every if each not in known]
+
+    def _left(self, every: list[Values]) -> list[Values]:
+        """Values that are not known yet, of all; of a space without end those that were drawn."""
+        listed = combinations(self._study, MOST_LISTED)
+        return every if listed is None else self._new(listed)
 
     def _ranked(self, chance: np.random.Generator) -> Array:
         """Shares of candidates for the next trial, the best first."""

@@ -10,16 +10,20 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NotRequired, Self
 
 import numpy as np
+from pydantic import TypeAdapter, ValidationError
+from typing_extensions import TypedDict
 
 from fingerdesign.design.schema import Design
+from fingerdesign.records.base import closed
+from fingerdesign.records.outcome import bounded
 from fingerdesign.runtime.journal import Journal, held
 from fingerdesign.search.optimise.propose import Known, Proposer
 from fingerdesign.search.study.file import Limits, Optimise, Study
 from fingerdesign.search.study.metrics import METRICS_VERSION
-from fingerdesign.search.study.values import Choice
+from fingerdesign.search.study.values import Choice, has_value
 from fingerdesign.search.study.variants import Values, variant_of
 from fingerdesign.version import __version__
 
@@ -34,6 +38,15 @@ class Trial:
     number: int
     values: Values
 
+
+@closed
+class _Record(TypedDict):
+    values: dict[str, Choice]
+    objectives: NotRequired[list[float]]
+    broken: NotRequired[dict[str, float]]
+
+
+_RECORDS = TypeAdapter(list[_Record])
 
 # Values near to others, by a generator of random numbers.
 Near = Callable[[Mapping[str, Choice], np.random.Generator], Values]
@@ -67,6 +80,8 @@ class Trials(ExitStack):
             self.enter_context(held(self._path))
             identity = _identity(self._study, self._base)
             self._journal = self.enter_context(Journal(self._path, KIND, identity))
+            if not self._is_whole():
+                raise self._journal.foreign()
         except BaseException:
             self.close()
             raise
@@ -78,19 +93,48 @@ class Trials(ExitStack):
         return tuple(Trial(k, r["values"]) for k, r in some if not (waiting and "broken" in r))
 
     def draw(self, count: int) -> None:
-        """Draw further trials; each is stored whole or not at all."""
+        """Draw further trials, fewer where no other values are left; each is stored whole or not at
+        all."""
         proposer = Proposer(
             self._study, [self._known(each) for each in self._every().values()], self._is_finger
         )
         for number in range(len(self._journal) + 1, len(self._journal) + 1 + count):
-            values = self._known_values(number)
-            values = proposer.next(self._seed(number)) if values is None else values
+            values = self._known_values(number) or proposer.next(self._seed(number))
+            if values is None:
+                return
             self._journal.add({str(number): {"values": values}})
 
     def report(self, number: int, values: Sequence[float], broken: Mapping[str, float]) -> None:
         """Store the results of a trial: its objectives, and its constraints (above 0: broken)."""
-        results = {"objectives": list(values), "broken": dict(broken)}
-        self._journal.add({str(number): self._journal.get(str(number)) | results})
+        known = self._journal.get(str(number))
+        record = known | {"objectives": list(values), "broken": dict(broken)}
+        if record != known:
+            self._journal.add({str(number): record})
+
+    def _is_whole(self) -> bool:
+        """True if the journal has a record that this study writes for each number from 1 on."""
+        records = [record for _, record in self._journal]
+        try:
+            found = _RECORDS.validate_python(records, strict=True)
+        except ValidationError:
+            return False
+        numbers = {key for key, _ in self._journal}
+        return numbers == {str(k + 1) for k in range(len(found))} and all(map(self._is_own, found))
+
+    def _is_own(self, record: "_Record") -> bool:
+        values, parameters = record["values"], self._study.parameters
+        if values.keys() != parameters.keys():
+            return False
+        if not all(has_value(each, values[key]) for key, each in parameters.items()):
+            return False
+        if "broken" not in record:
+            return "objectives" not in record
+        names = {FAILED, PURPOSE, *self._study.constraints}
+        return (
+            record["broken"].keys() == names
+            and len(record.get("objectives", ())) == len(self._study.objectives)
+            and all(map(bounded, record["objectives"]))
+        )
 
     def _every(self) -> dict[int, Any]:
         return dict(sorted((int(key), record) for key, record in self._journal))

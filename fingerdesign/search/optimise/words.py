@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from fingerdesign.errors import shown
 from fingerdesign.records.verdict import Status, Verdict
 from fingerdesign.search.compare.table import name_and_unit
-from fingerdesign.search.optimise.confirm import Judged, Optimised
+from fingerdesign.search.optimise.confirm import Judged, Optimised, many
 from fingerdesign.search.optimise.sensitivity import LEAST, Sensitivity
 
 MOST_NAMED = 3
@@ -31,6 +31,8 @@ def tile(found: Optimised) -> Verdict:
         count = f"{len(found.dominating)} of {len(found.judged)} trials"
         good: Status = "warning" if found.needs_confirming else "pass"
         where = f"{at}, not confirmed" if found.needs_confirming else at
+        if found.dominating and all(found.judged[k - 1].fails for k in found.dominating):
+            good, where = "warning", f"{at}, but all fail verdicts"
         return Verdict(
             good if found.dominating else "fail", "better than the reference", count, where
         )
@@ -44,8 +46,9 @@ def reference_sentences(found: Optimised) -> Iterator[str]:
     """Who dominates the reference and by how much, by both models."""
     deep, at = found.thorough_reference, _place(found)
     if deep is None:
-        first = sorted(found.dominating, key=lambda number: number not in found.front)
-        best = [found.judged[number - 1] for number in first]
+        known = [(found.judged[number - 1], number in found.front) for number in found.dominating]
+        known.sort(key=lambda each: (each[0].fails > 0, not each[1]))
+        best = [own for own, _ in known]
         for own in best[:MOST_NAMED]:
             yield _dominates(found, own, found.reference, at)
         yield from _more(len(best) - MOST_NAMED)
@@ -79,9 +82,10 @@ def _none_stands(found: Optimised, deep: Judged, at: str) -> Iterator[str]:
 
 def _dominates(found: Optimised, own: Judged, reference: Judged, at: str) -> str:
     every = ", better in every objective" if own.better_in_all(reference) else ""
+    fails = f" But it fails {many(own.fails, 'verdict', 'verdicts')}." if own.fails else ""
     return (
         f"{shown(own.name)} dominates the reference, {shown(reference.name)}, {at}{every}: "
-        f"{_against(found, own, reference)}."
+        f"{_against(found, own, reference)}.{fails}"
     )
 
 
@@ -127,18 +131,17 @@ def sensitivity_sentences(found: Sequence[Sensitivity]) -> Iterator[str]:
     yield from (_depends(each) for each in found if each not in unknown)
     if few := [each for each in unknown if each.count < LEAST]:
         least = min(each.count for each in few)
-        trials = "trial is" if least == 1 else "trials are"
-        yield (
-            f"What {_titles(few)} depends on is not known: {least} {trials} too few, {LEAST} are "
-            "needed."
-        )
+        have = f"{many(least, 'trial has', 'trials have')} {'it' if len(few) == 1 else 'both'}"
+        if len(few) > 2:
+            have = f"{many(least, 'trial has', 'trials have')} all of them"
+        yield (f"It is not known on which keys {_depend(few)}: {have}, {LEAST} are needed.")
     if level := [each for each in unknown if each.count >= LEAST]:
-        yield f"What {_titles(level)} depends on is not known: it is the same in all trials."
+        yield f"It is not known on which keys {_depend(level)}: all trials have the same value."
 
 
-def _titles(some: Sequence[Sensitivity]) -> str:
+def _depend(some: Sequence[Sensitivity]) -> str:
     *first, last = (_title(each.metric) for each in some)
-    return f"{', '.join(first)} and {last}" if first else last
+    return f"{', '.join(first)} and {last} depend" if first else f"{last} depends"
 
 
 def shares_caption(found: Sequence[Sensitivity]) -> str:

@@ -36,7 +36,7 @@ class Freedom:
         for option, keys, own in options:
             for key in (each for each in keys if each not in own):
                 near = difflib.get_close_matches(key, own, 1)
-                remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/design.md"
+                remedy = f"did you mean '{near[0]}'?" if near else "see docs/reference/keys.md"
                 if key in tables:
                     remedy = "it is a table: name its keys, one --free for each"
                 found.append(Fault(option, key, "a key of the design", remedy))

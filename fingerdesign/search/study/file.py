@@ -11,7 +11,14 @@ from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import ErrorDetails
 
 from fingerdesign.design.base import Many, Table, refuse
@@ -30,12 +37,14 @@ from fingerdesign.search.study.values import (
     Text,
     flattened,
     key_faults,
+    maybe_number,
     shallow,
 )
 
 MOST_VARIANTS = 100_000
 MOST_PRICE = 1e6
 MetricName = Annotated[str, AfterValidator(known_metric)]
+_End = Annotated[float | None, BeforeValidator(maybe_number)]
 REPORTED = 200  # faults; a file of more is not mended one by one
 
 
@@ -113,8 +122,8 @@ class Objective(Table):
 class Bound(Table):
     """Bounds of a metric of ``[constraints]``."""
 
-    at_least: float | None = None
-    at_most: float | None = None
+    at_least: _End = None
+    at_most: _End = None
 
     @model_validator(mode="after")
     def _given(self) -> Self:

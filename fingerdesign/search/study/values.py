@@ -69,6 +69,14 @@ def all_numbers(parameter: Parameter) -> bool:
     return isinstance(parameter, Range) or all(is_number(each) for each in parameter)
 
 
+def has_value(parameter: Parameter, value: Choice) -> bool:
+    """Return True where a parameter can take the value: a choice, or a number of its range."""
+    if not isinstance(parameter, Range):
+        return any(type(each) is type(value) and each == value for each in parameter)
+    slack = 1e-9 * (parameter.high - parameter.low)  # of values that were rounded to its steps
+    return is_number(value) and (parameter.low - slack <= float(value) <= parameter.high + slack)
+
+
 def _number(value: Any) -> Any:
     if not is_number(value):
         remedy = "remove the quotes" if isinstance(value, str) else "correct it"
@@ -98,10 +106,13 @@ def _distinct(values: tuple[Choice, ...]) -> tuple[Choice, ...]:
     return values
 
 
+def maybe_number(value: Any) -> Any:
+    """A number of bounded size, or None."""
+    return None if value is None else _number(value)
+
+
 Number = Annotated[int | float, BeforeValidator(_number)]
-_Step = Annotated[
-    int | float | None, BeforeValidator(lambda value: None if value is None else _number(value))
-]
+_Step = Annotated[int | float | None, BeforeValidator(maybe_number)]
 
 
 class Range(Table):
@@ -147,7 +158,7 @@ class Range(Table):
             value = self.low + step * min(int(share * levels), levels - 1)
             return value if self.whole else min(float(f"{value:.12g}"), float(self.high))
         if self.log:
-            found = self.low * math.exp(share * math.log(self.high / self.low))
+            found = self.low * math.exp(share * self._log_width)
         else:
             found = self.low + share * (self.high - self.low)
         if self.whole:
@@ -161,8 +172,12 @@ class Range(Table):
             step = self.step if self.step is not None else 1
             return (round((value - self.low) / step) + 0.5) / self.levels
         if self.log:
-            return math.log(value / self.low) / math.log(self.high / self.low)
+            return (math.log(value) - math.log(self.low)) / self._log_width
         return (value - self.low) / (self.high - self.low)
+
+    @property
+    def _log_width(self) -> float:
+        return math.log(self.high) - math.log(self.low)  # Their ratio may exceed any float.
 
     @property
     def _digits(self) -> int:

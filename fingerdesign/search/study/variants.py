@@ -67,17 +67,14 @@ def _levels(study: Study) -> dict[str, list[Choice]]:
     found: dict[str, list[Choice]] = {}
     faults = []
     for key, parameter in study.parameters.items():
-        if not isinstance(parameter, Range):
-            found[key] = list(parameter)
-            continue
-        levels = parameter.levels
-        if levels is None or levels > MOST_GRID:
+        levels = _number_of_levels(parameter)
+        if isinstance(parameter, Range) and (levels is None or levels > MOST_GRID):
             bound = "a list, or a range with a step, where study.sampling = 'grid'"
             remedy = "give a list or a step without log, or set study.sampling = 'sobol'"
             where = dotted(("parameters", key))
             faults.append(Fault(where, f"{parameter.low} to {parameter.high}", bound, remedy))
         else:
-            found[key] = [parameter.at((level + 0.5) / levels) for level in range(levels)]
+            found[key] = _values_of(parameter)
     count = math.prod(len(values) for values in found.values())
     if not faults and count > MOST_GRID:
         remedy = "give fewer values, or set study.sampling = 'sobol'"
@@ -85,6 +82,28 @@ def _levels(study: Study) -> dict[str, list[Choice]]:
     if faults:
         raise DesignError(faults)
     return found
+
+
+def _number_of_levels(parameter: Parameter) -> int | None:
+    return parameter.levels if isinstance(parameter, Range) else len(parameter)
+
+
+def _values_of(parameter: Parameter) -> list[Choice]:
+    """Every value of a list, or of a range with levels."""
+    if not isinstance(parameter, Range):
+        return list(parameter)
+    count = parameter.levels or 0
+    return [parameter.at((level + 0.5) / count) for level in range(count)]
+
+
+def combinations(study: Study, most: int) -> list[Values] | None:
+    """All values that the parameters can take together; None where they are more than ``most``, or
+    where a range has no levels."""
+    levels = [_number_of_levels(each) for each in study.parameters.values()]
+    if None in levels or math.prod(each or 0 for each in levels) > most:
+        return None
+    every = itertools.product(*map(_values_of, study.parameters.values()))
+    return [dict(zip(study.parameters, each, strict=True)) for each in every]
 
 
 def _drawn(study: Study) -> Iterator[Values]:
@@ -271,16 +290,18 @@ class Variant:
     faults: tuple[Fault, ...] = ()
 
 
-def base_design(study: Study, folder: Path | None = None) -> Design:
-    """The study's base with [fixed] set; files lie in ``folder`` (None: the working directory).
+def base_design(study: Study, file: Path | None = None) -> Design:
+    """The study's base with [fixed] set; a base that is a file lies next to the study's own file
+    (None: in the working directory).
 
     DesignError with every fault of the base, of [fixed], and of parameters: unknown keys, values
     outside a key's bounds, a grid without end. Where the base can only exist with values of the
     parameters, those of the middle are set; plates that do not fit are each variant's fault.
     """
-    found = _found(study.study.base, folder or Path.cwd())
+    folder, source = (Path.cwd(), "") if file is None else (file.parent, str(file))
+    found = _found(study.study.base, folder, source)
     if faults := study_faults(study, found):
-        raise DesignError(faults)
+        raise DesignError(faults, source)
     fixed = {"design.name": study.name, **study.fixed}
     try:
         return with_values(found, fixed)
@@ -294,11 +315,11 @@ def base_design(study: Study, folder: Path | None = None) -> Design:
             if own is None or unread:
                 keys = _plain_keys(study)[0]
                 faults = [_fixed_key(each, keys) or each for each in unread or error.faults]
-                raise DesignError(faults) from None
+                raise DesignError(faults, source) from None
             return own
 
 
-def _found(base: str, folder: Path) -> Design:
+def _found(base: str, folder: Path, source: str) -> Design:
     """Load the file next to the study's, or else a shipped design."""
     own = folder / base
     try:
@@ -307,7 +328,7 @@ def _found(base: str, folder: Path) -> Design:
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is no path"
         fault = Fault("study.base", shown(base), "a shipped design or a readable file", f"{why}")
-        raise DesignError([fault]) from None
+        raise DesignError([fault], source) from None
 
 
 def _bare(base: Design, values: Mapping[str, Any]) -> Design | None:

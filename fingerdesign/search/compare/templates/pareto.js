@@ -20,7 +20,7 @@ function draw(chart) {
   points = FD.shown.map((number) => ({ number, x: FD.value(number, x), y: FD.value(number, y) }))
     .filter((point) => Number.isFinite(point.x) && Number.isFinite(point.y));
   const [right, up] = [x, y].map(({ goal }) => ({ min: 1, max: -1 })[goal]);
-  const good = points.filter(({ number }) => designs[number].feasible && right && up);
+  const good = points.filter(({ number }) => designs[number].competes && right && up);
   // Whom nobody is nowhere worse and somewhere better than, in these two.
   front = good.filter((p) => !good.some((q) => right * (q.x - p.x) <= 0 &&
     up * (q.y - p.y) <= 0 && (q.x !== p.x || q.y !== p.y))).sort((p, q) => p.x - q.x);
