@@ -74,7 +74,9 @@ def _judged(
     if error is not None or found is None or found.value is None:
         report = _faulty(path, error or DesignError([]))
         if found is not None and found.value is None:
-            click.echo("distances are judged once these keys are mended", err=True)
+            click.echo(
+                "mend these first, then check again: distances are judged after that", err=True
+            )
         return report
     return _forecast(path, found.value, scene, scene_sound)
 

@@ -44,8 +44,8 @@ _RESISTS = 0.1
 # Shares of the strongest response that a gage area can count from, tried next to a design's own.
 # The response to F_t is known, so that each costs no increment.
 _SHARES = tuple(k / 20.0 for k in range(6, 17))
-# Areas are sums over nodes: those that differ by less of their range differ by rounding alone, which
-# another processor does otherwise.
+# Areas are sums over nodes. Those that differ by less of their range differ by rounding alone,
+# which another processor does otherwise.
 _EQUAL = 1e-9
 _CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
 # Steps of the press that calibrates; a hand records hundreds. While the finger is still pressed,

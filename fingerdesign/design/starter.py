@@ -113,7 +113,8 @@ def starter_text(name: str, source: str | None = None) -> str:
         text = _all_keys(name)
     else:
         text = _with_schema(shipped_text(source), SCHEMA_FILE)
-        text = _renamed(text, name)
+        first = f"# A copy of {source}. The comments are of that finger, as it stands.\n"
+        text = first + _renamed(text, name)
     judge_keys(Design, parse_toml(text)).sound("")
     return text
 

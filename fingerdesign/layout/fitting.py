@@ -202,8 +202,8 @@ def stiffness_words(design: Design, fit: GageFit | None) -> str | None:
     name = fit.found.name
     kind = f" with gages.kind = '{name}'" if design.gages.kind is None else ""
     return (
-        f"gages: {name} adds up to {added:.0%} to a plate's stiffness where it lies; plane strain "
-        f"leaves that out and so reads up to as much too much; 3-D{kind} has it"
+        f"gages: {name} makes a plate up to {added:.0%} stiffer where it lies; plane strain "
+        f"ignores this, and its readings are up to as much too high; 3-D{kind} has it"
     )
 
 

@@ -13,9 +13,10 @@ def needs(extra: str, *libraries: str) -> None:
     """Raise MissingExtra where a library of an extra is not installed; nothing is imported."""
     lacking = [name for name in libraries if not _found(name)]
     if lacking:
-        names, it = " and ".join(lacking), "it" if len(lacking) == 1 else "them"
-        remedy = f'get {it} by: pip install "fingerdesign[{extra}]"'
-        raise MissingExtra(f"this needs {names}; {remedy}")
+        remedy = f'pip install "fingerdesign[{extra}]"; in a copy of the repository: '
+        remedy += f'pip install --editable ".[{extra}]"'
+        names = " and ".join(lacking)
+        raise MissingExtra(f"this needs the extra {extra} (missing: {names}): {remedy}")
 
 
 def _found(library: str) -> bool:

@@ -63,7 +63,7 @@ def test_check_names_what_it_judges_later_and_the_file_that_was_meant(terminal):
     Path("mine.toml").write_text("[plates]\ncount = 90\n[grip]\nobject_mass_g = 0\n", "utf-8")
     printed = terminal("check", "mine.toml", code=2).err
     assert "grip.object_mass_g" in printed
-    assert "distances are judged once these keys are mended" in printed
+    assert "distances are judged after that" in printed
     assert "did you mean mine.toml?" in terminal("check", "mine", code=2).err
     assert "name a file in it" in terminal("check", ".", code=2).err
 

@@ -89,7 +89,9 @@ def test_starter_holds_every_key_with_its_default_and_rows_and_holes_that_are_so
 
 def test_starter_from_a_shipped_design_keeps_its_comments():
     text = starter_text("mine", "narrow")
-    assert text.splitlines()[0] == shipped_text("narrow").splitlines()[0]
+    first, *rest = text.splitlines()
+    assert first.startswith("# A copy of narrow.")
+    assert rest[0] == shipped_text("narrow").splitlines()[0]
     started, original = parse_design(text), parse_design(shipped_text("narrow"))
     assert started.design.name == "mine"
     assert started.body == original.body

@@ -209,7 +209,7 @@ def test_without_h5py_the_remedy_is_one_line(tmp_path, not_installed, capsys):
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "pulls.h5").write_bytes(b"\x89HDF")
     assert main(["study", "--recorded", str(tmp_path / "in"), "--out", str(tmp_path)]) == 1
-    wanted = 'failed: this needs h5py; get it by: pip install "fingerdesign[recorded]"'
+    wanted = "failed: this needs the extra recorded (missing: h5py): "
     assert wanted in capsys.readouterr().err
 
 

@@ -149,15 +149,15 @@ def _of_trial(sensed: Outcome) -> Iterator[Verdict]:
 def conflicts_of(found: Found) -> Iterator[str]:
     """Goals that exclude each other over all trials, in sentences."""
     front = found.front
-    if not front.trials:
+    if all(each.outcomes[0].status != "ok" for each in found.tried):
         yield "No trial could be analysed."
         return
-    if not front.follows:
+    if front.trials and not front.follows:
         yield (
             f"Slip sensing fails in all {len(front.trials)} trials: the greatest rank correlation "
             f"is {max(area for area, _ in front.trials):.2f}, {GOOD_CORRELATION:g} is needed."
         )
-    if not front.responds:
+    if front.trials and not front.responds:
         yield (
             f"The gage signal fails in all {len(front.trials)} trials: the smallest stick change "
             f"seen is {min(change for _, change in front.trials):.2g}, {WANTED_STICK_CHANGE:g} is "

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,15 +25,19 @@ from fingerdesign.search.study.metrics import METRICS
 _GIVEN_UP = ("plates", "stiffness_N_per_mm", "peak_pressure_MPa", "rubber_volume_ml")
 _ARC = "body.arc_radius_mm"
 
-LACKS = """A hand's shortfall is 0 if it lifts at every friction with a force between the limits. A
-lift that fails adds 1 to 2; a force that is twice beyond a limit adds 1."""
+LACKS = """A hand is the settings of the grip. Its shortfall is 0 if it lifts at every friction with
+a force between the limits. A lift that fails adds 1 to 2; a force that is twice beyond a limit adds
+1."""
 
 
 def passing_page(design: Design, found: Found) -> str:
     """The page as HTML that opens offline; ``design``: where the search began."""
     best = found.best
     count = f"{len(found.tried)} trials"
-    view = None if best is None or best.result is None else verdict_view(best.result)
+    view = None
+    if best is not None and best.result is not None:
+        # What a fix would change, the search has tried; it proposes no second search.
+        view = replace(verdict_view(best.result), fixes=())
     with style.house_style():
         charts: list[Item] = [_trials_figure(found)] if found.tried else []
         first = charts.pop() if charts and best is None else Text(found.conflict)
@@ -128,7 +133,7 @@ def _changes(design: Design, found: Found) -> Iterator[Item]:
         (_named(name), *(_number(each.metrics.get(name)) for each in ends)) for name in _GIVEN_UP
     )
     words = "What else changed, by the trials' swept cells; the report has the finger's own mesh"
-    columns = ("quantity", "your sizes (first trial)", "taken")
+    columns = ("quantity", "first trial: your sizes within the ranges", "taken")
     yield Table("given-up", words, columns, rows, frozenset({0}))
 
 
