@@ -132,7 +132,8 @@ def grip_verdicts(grips: Sequence[GripResult]) -> Iterator[Verdict]:
     yield _lift(grips, good)
     if good:
         force = _grip_force(good)
-        some = f"of the {len(good)} that lift" if len(good) < len(grips) else ""
+        lift = "lift" if len(good) == 1 else "lifts"
+        some = f"of {len(good)} {lift}" if len(good) < len(grips) else ""
         yield replace(force, count=force.count or some)
 
 

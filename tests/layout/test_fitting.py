@@ -142,8 +142,8 @@ def test_gages_stiffen_their_plates(small):
     one = with_values(bars, {"gages.face": "upper"})
     assert gage_stiffness(one, gage_fit(one)) == pytest.approx(170e3 * 0.015 / 13.5e3)
     words = stiffness_words(bars, gage_fit(bars))
-    assert "silicon_bar_05 adds up to 38%" in words
-    assert "too much; 3-D has it" in words
+    assert "silicon_bar_05 makes a plate up to 38% stiffer" in words
+    assert "too high; 3-D has it" in words
     own = with_values(small, {"mold.gage": "silicon_bar_05", "gages.face": "both"})
     assert "3-D with gages.kind = 'silicon_bar_05' has it" in stiffness_words(own, gage_fit(bars))
     film = with_values(small, {"mold.gage": "sputtered_film"})

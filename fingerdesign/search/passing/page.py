@@ -12,6 +12,7 @@ from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.analysis.page.section import dimension_shapes, draw_shapes, section_shapes
 from fingerdesign.analysis.verdicts import GOOD_CORRELATION, verdict_view
 from fingerdesign.design.schema import Design
+from fingerdesign.records.verdict import Verdict
 from fingerdesign.report import style
 from fingerdesign.report.page import Item, Page, Section, Text, page_html
 from fingerdesign.report.table import Table, value_text
@@ -38,6 +39,9 @@ def passing_page(design: Design, found: Found) -> str:
     if best is not None and best.result is not None:
         # What a fix would change, the search has tried; it proposes no second search.
         view = replace(verdict_view(best.result), fixes=())
+        if found.note:
+            more = Verdict("warning", "what to know", "before you cast it: see below")
+            view = replace(view, verdicts=(*view.verdicts, more))
     with style.house_style():
         charts: list[Item] = [_trials_figure(found)] if found.tried else []
         first = charts.pop() if charts and best is None else Text(found.conflict)

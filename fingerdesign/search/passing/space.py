@@ -26,6 +26,7 @@ from fingerdesign.search.passing.ranges import (
     GAGE_SHARE,
     PASSING,
     flat_of,
+    inside,
     moved,
     own_values,
     parameters_of,
@@ -113,7 +114,10 @@ class Space:
         arc_first = self.arc_first and "body.shape" not in given_up
         space = Space(base, dict(parameters_of(base, freedom)), (), self.replaced, arc_first)
         own = own_values(base, space.parameters)
-        again = [{key: each.values.get(key, own[key]) for key in own} for each in good]
+        again = [
+            {key: inside(space.parameters[key], each.values.get(key, own[key])) for key in own}
+            for each in good
+        ]
         starts = _sound_starts(space, [*again[:_AGAIN], *starts_of(base, space.parameters)])
         return replace(space, starts=starts, given_up=tuple(given_up))
 

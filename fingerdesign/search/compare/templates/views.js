@@ -10,9 +10,10 @@ function row(column) {
   const texts = [p, q].map((value) => (value === null ? "" : FD.number(value).slice(0, column.most)));
   if (!texts.join("") || (column.path[0] === "values" && texts[0] === texts[1])) return null;
   const both = Number.isFinite(p) && Number.isFinite(q);
-  const same = both && FD.near(p, q);
-  const percent = Number(Math.abs((100 * q) / p - 100).toPrecision(3));
-  const share = same ? "equal" : both && p ? `${q > p ? "+" : "−"}${percent} %` : "";
+  const same = both && (FD.near(p, q) || texts[0] === texts[1]); // as they read
+  const times = q / p;
+  const change = `${q > p ? "+" : "−"}${Number(Math.abs(100 * times - 100).toPrecision(3))} %`;
+  const share = same ? "equal" : both && p ? (times > 10 ? `× ${Number(times.toPrecision(3))}` : change) : "";
   const chance = Math.hypot(...FD.selected.map((number) => // by how much chance changes them
     FD.value(number, { path: ["unsure", column.path[1]] })));
   const differ = both && !same && Math.abs(p - q) > chance;
