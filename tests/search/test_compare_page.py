@@ -14,10 +14,17 @@ from dataclasses import replace
 import pytest
 
 from fingerdesign.records.outcome import GripOutcome, Outcome, Validity
-from fingerdesign.search.compare.page import compare_html
+from fingerdesign.search.compare.page import compare_html, page_data
 from fingerdesign.search.compare.read import facts_of
-from fingerdesign.search.compare.recommend import Bound, Objective, recommend, uncertainty, why_not
-from fingerdesign.search.compare.table import design_table
+from fingerdesign.search.compare.recommend import (
+    Bound,
+    Objective,
+    StudyFacts,
+    recommend,
+    uncertainty,
+    why_not,
+)
+from fingerdesign.search.compare.table import design_table, standing
 from fingerdesign.search.compare.words import summary
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 
@@ -230,6 +237,15 @@ def test_a_finger_that_fails_verdicts_is_not_recommended_next_to_one_that_passes
     cheap = outcome("cheap", cost=1.0, failed_verdicts=2.0)
     sound = outcome("sound", cost=9.0, failed_verdicts=0.0)
     found = recommend([cheap, sound], [LEAST_COST], [])
+    assert [standing(k, found) for k in (0, 1)] == ["fails verdicts", "recommended"]
+    tile = summary_of([cheap, sound], [LEAST_COST]).verdicts[1]
+    assert (tile.status, tile.target) == ("note", "1 fails verdicts")
+    facts = StudyFacts("s", (LEAST_COST,))
+    light = page_data([cheap, sound], facts, found)["designs"]
+    assert [(each["kind"], each["competes"]) for each in light] == [
+        ("failing", False),
+        ("star", True),
+    ]
     assert (found.chosen, found.group, found.feasible) == (1, (1,), (0, 1))
     stated = summary_of([cheap, sound], [LEAST_COST])
     assert "only designs that pass all are recommended" in stated.counts

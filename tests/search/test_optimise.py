@@ -228,6 +228,9 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     deep = replace(found, search=replace(search, study=study))
     assert not any("confirmed" in each for each in (*verdict(deep), *deep.sentences()))
     assert (words.tile(found).status, words.tile(deep).status) == ("warning", "pass")
+    failing = replace(deep, judged=tuple(replace(each, fails=2) for each in deep.judged))
+    assert words.tile(failing).target == "in 3-D, but all fail verdicts"
+    assert "But it fails 2 verdicts." in verdict(failing)[0]
 
 
 def test_the_worst_scene_counts():

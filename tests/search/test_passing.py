@@ -376,6 +376,14 @@ def test_a_search_that_stops_in_a_whole_analysis_does_not_blame_the_hand(tmp_pat
     for short, waits in ((0.03, True), (0.05, False)):  # 0.04 are analysed as a whole
         near = replace(found, candidates=(replace(each, hand=replace(each.hand, shortfall=short)),))
         assert ("not yet analysed" in " ".join(conflicts_of(near))) is waits
+    # Where no load is reached at which gages respond, their signal is not judged.
+    unjudged = [
+        replace(each, outcomes=(replace(o, metrics=o.metrics | {"smallest_stick_change": None}),))
+        for each in found.tried
+        for o in each.outcomes
+    ]
+    stated = " ".join(conflicts_of(replace(found, tried=tuple(unjudged))))
+    assert "No trial could be analysed" not in stated
 
 
 @pytest.mark.slow
