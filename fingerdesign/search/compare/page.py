@@ -82,6 +82,7 @@ def page_data(
     references: indices of the reference designs of a search.
     """
     feasible, front, designs = set(found.feasible), set(found.front), []
+    competing = feasible.difference(found.failing)
     for number, outcome in enumerate(outcomes):
         missed = list(why_not(outcome, facts.objectives, facts.constraints))
         marks = {
@@ -95,7 +96,7 @@ def page_data(
         notes = [f"not feasible, {'; '.join(missed)}."] if missed else []
         own = {
             "feasible": number in feasible,
-            "competes": number in feasible and number not in found.failing,
+            "competes": number in competing,
             "front": number in front,
             "kind": next((kind for kind, holds in kinds.items() if holds), "in"),
             "marks": [mark for mark, holds in marks.items() if holds],

@@ -143,6 +143,11 @@ def fails_purpose(outcome: Outcome, bounded: Collection[str] = ()) -> dict[str, 
     return found
 
 
+def failed_verdicts(outcome: Outcome) -> int:
+    """The number of verdicts that the outcome fails; 0 where it is not known."""
+    return int(outcome.metrics.get("failed_verdicts") or 0.0)
+
+
 def passes(outcome: Outcome) -> bool:
     """True if every verdict that was judged passes."""
     return outcome.metrics.get("failed_verdicts") == 0.0
@@ -263,9 +268,8 @@ def recommend(
     )
     if not feasible or not objectives:
         return Recommendation(feasible)
-    kind, alike = _alike(outcomes, feasible)
-    group = tuple(k for k in alike if passes(outcomes[k])) or alike
-    failing = tuple(k for k in alike if k not in group)
+    kind = _kind(outcomes, feasible)
+    group, failing = _group(outcomes, feasible, kind)
     values, unsure = _losses(outcomes, group, objectives)
     free = ~dominated(values, unsure)
     front = _others(group, free)
@@ -340,16 +344,23 @@ def dominated(values: Array, unsure: Array | None = None) -> BoolArray:
     return found
 
 
-def _alike(
-    outcomes: Sequence[Outcome], feasible: Sequence[int]
-) -> tuple[tuple[str, str], tuple[int, ...]]:
-    """Scene and fidelity to compare in, of 3-D where it has a choice, else the most frequent, of
-    equally frequent ones 3-D; and the outcomes of it."""
+def _kind(outcomes: Sequence[Outcome], feasible: Sequence[int]) -> tuple[str, str]:
+    """Scene and fidelity to compare in: of 3-D where it has a choice, else the most frequent; of
+    equally frequent ones 3-D."""
     count = Counter((outcomes[number].scene, outcomes[number].fidelity) for number in feasible)
     deep = {key: many for key, many in count.items() if key[1] == "3d" and many >= LEAST_DEEP}
     among = deep or count
-    kind = max(among, key=lambda key: (among[key], key[1] == "3d"))
-    return kind, tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
+    return max(among, key=lambda key: (among[key], key[1] == "3d"))
+
+
+def _group(
+    outcomes: Sequence[Outcome], feasible: Sequence[int], kind: tuple[str, str]
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """What is compared of a scene and fidelity: those that pass all verdicts, where any does; and
+    the others of it."""
+    alike = tuple(k for k in feasible if (outcomes[k].scene, outcomes[k].fidelity) == kind)
+    group = tuple(k for k in alike if passes(outcomes[k])) or alike
+    return group, tuple(k for k in alike if k not in group)
 
 
 def _scaled(values: Array, unsure: Array) -> Array:

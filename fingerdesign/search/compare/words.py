@@ -20,6 +20,7 @@ from fingerdesign.search.compare.recommend import (
     Recommendation,
     StudyFacts,
     differs,
+    failed_verdicts,
     fails_purpose,
     passes,
     uncertainty,
@@ -83,11 +84,8 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     name = shown(chosen.name)
     warnings = [shown(warning) for warning in chosen.warnings]
     of |= {"fidelity": chosen.fidelity, "large": LARGE_ERROR}
-    front = f"{of['front']} of {of['group']} on the front"
-    if found.failing:
-        front = f"{of['group']} of {of['group'] + len(found.failing)} feasible pass all verdicts"
     status: Status = "fail" if of["fails"] else "pass"
-    tiles = [Verdict(status, "recommended", name, count=front)]
+    tiles = [Verdict(status, "recommended", name, count=_rivals(found))]
     if facts.constraints:
         met = f"{of['meeting']} of {of['all'] - of['failed']} designs"
         tiles.append(Verdict("note", "meet the constraints", ", ".join(of["bounds"]), count=met))
@@ -102,6 +100,14 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
         {shown(k): shown(value_text(v)) for k, v in chosen.values.items() if v is not None},
         _table(name, objectives),
     )
+
+
+def _rivals(found: Recommendation) -> str:
+    """Count those that the recommended one was chosen from."""
+    group = len(found.group)
+    if found.failing:
+        return f"{group} of {group + len(found.failing)} feasible pass all verdicts"
+    return f"{len(found.front)} of {group} on the front"
 
 
 def _tile(each: dict[str, Any]) -> Verdict:
@@ -123,9 +129,9 @@ def _counted(
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
     chosen = [] if found.chosen is None else [outcomes[found.chosen]]
     return _missed(good, facts) | {
-        "failing": [shown(outcome.name) for outcome in good if _failed(outcome)],
+        "failing": [shown(outcome.name) for outcome in good if failed_verdicts(outcome)],
         "passing": any(map(passes, good)),
-        "fails": sum(map(_failed, chosen)),
+        "fails": sum(map(failed_verdicts, chosen)),
         "all": len(outcomes),
         "failed": len(outcomes) - len(good),
         "bounds": [shown(each.words) for each in facts.constraints],
@@ -139,11 +145,6 @@ def _counted(
         "alike": [shown(outcomes[number].name) for number in found.alike],
         "same": [shown(outcomes[number].name) for number in found.same],
     }
-
-
-def _failed(outcome: Outcome) -> float:
-    """The number of verdicts that the outcome fails; 0 where it is not known."""
-    return outcome.metrics.get("failed_verdicts") or 0.0
 
 
 def _missed(good: Sequence[Outcome], facts: StudyFacts) -> dict[str, Any]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.compare.recommend import dominated
+from fingerdesign.search.compare.recommend import dominated, failed_verdicts
 from fingerdesign.search.optimise.optimise import (
     Evaluator,
     Search,
@@ -240,7 +240,7 @@ def judge(study: Study, outcomes: Sequence[Outcome]) -> Judged:
         feasible=all(excess <= 0.0 for excess in broken.values()),
         failure=_failure(outcomes, broken["failed"] > 0.0),
         lacks=lacks(study, outcomes),
-        fails=int(max(each.metrics.get("failed_verdicts") or 0.0 for each in outcomes)),
+        fails=max(map(failed_verdicts, outcomes)),
     )
 
 

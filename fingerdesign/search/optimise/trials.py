@@ -46,8 +46,6 @@ class _Record(TypedDict):
     broken: NotRequired[dict[str, float]]
 
 
-_RECORDS = TypeAdapter(list[_Record])
-
 # Values near to others, by a generator of random numbers.
 Near = Callable[[Mapping[str, Choice], np.random.Generator], Values]
 
@@ -115,7 +113,7 @@ class Trials(ExitStack):
         """True if the journal has a record that this study writes for each number from 1 on."""
         records = [record for _, record in self._journal]
         try:
-            found = _RECORDS.validate_python(records, strict=True)
+            found = TypeAdapter(list[_Record]).validate_python(records, strict=True)
         except ValidationError:
             return False
         numbers = {key for key, _ in self._journal}

@@ -12,7 +12,7 @@ from fingerdesign.analysis.detection import WANTED_STICK_CHANGE
 from fingerdesign.analysis.page.section import dimension_shapes, draw_shapes, section_shapes
 from fingerdesign.analysis.verdicts import GOOD_CORRELATION, verdict_view
 from fingerdesign.design.schema import Design
-from fingerdesign.records.verdict import Verdict
+from fingerdesign.records.verdict import Verdict, VerdictView
 from fingerdesign.report import style
 from fingerdesign.report.page import Item, Page, Section, Text, page_html
 from fingerdesign.report.table import Table, value_text
@@ -35,13 +35,7 @@ def passing_page(design: Design, found: Found) -> str:
     """The page as HTML that opens offline; ``design``: where the search began."""
     best = found.best
     count = f"{len(found.tried)} trials"
-    view = None
-    if best is not None and best.result is not None:
-        # What a fix would change, the search has tried; it proposes no second search.
-        view = replace(verdict_view(best.result), fixes=())
-        if found.note:
-            more = Verdict("warning", "what to know", "before you cast it: see below")
-            view = replace(view, verdicts=(*view.verdicts, more))
+    view = _view(found)
     with style.house_style():
         charts: list[Item] = [_trials_figure(found)] if found.tried else []
         first = charts.pop() if charts and best is None else Text(found.conflict)
@@ -65,6 +59,16 @@ def passing_page(design: Design, found: Found) -> str:
             view=view,
         )
     )
+
+
+def _view(found: Found) -> VerdictView | None:
+    """The verdicts of the best finger, and a warning where there is more to know."""
+    if found.best is None or found.best.result is None:
+        return None
+    view = verdict_view(found.best.result)
+    more = Verdict("warning", "what to know", "before you cast it: see below")
+    # What a fix would change, the search has tried; it proposes no second search.
+    return replace(view, fixes=(), verdicts=(*view.verdicts, *([more] if found.note else [])))
 
 
 def write_page(path: Path, design: Design, found: Found) -> None:
