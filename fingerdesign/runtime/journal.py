@@ -89,7 +89,7 @@ class Journal:
         try:
             base = self._base or self._made()
             with base:
-                base.executemany("insert or replace into records values (?, ?)", rows)
+                base.executemany("insert or replace into records (key, record) values (?, ?)", rows)
         except (sqlite3.Error, OSError) as error:
             full = _kind(error) == sqlite3.SQLITE_FULL or (
                 isinstance(error, OSError) and is_full(error)

@@ -30,7 +30,7 @@ def test_a_command_ends_with_the_remedy_at_once(
 ):
     not_installed(library)
     assert main(command) == 1
-    told = capsys.readouterr().err.strip()
-    assert told.startswith(f"failed: this needs the extra {extra} (missing: {library}): ")
-    assert told.endswith(f'pip install --editable ".[{extra}]"')
+    printed = capsys.readouterr().err.strip()
+    assert printed.startswith(f"failed: this needs the extra {extra} (missing: {library}): ")
+    assert printed.endswith(f'pip install --editable ".[{extra}]"')
     assert list(tmp_path.iterdir()) == []

@@ -240,6 +240,11 @@ def test_a_journal_keeps_records_in_their_order(tmp_path):
     again = Journal(path, "a trial", "d")
     assert list(again) == [("b", [1, 2.5, None]), ("a", {"x": "ö"}), ("c", 0.1)]
     assert (again.get("c"), again.get("d"), len(again)) == (0.1, None, 3)
+    with closing(sqlite3.connect(path)) as base, base:
+        base.execute("alter table records add column note")  # another tool's; it does no harm
+    again.add({"d": 2})
+    again.close()
+    assert Journal(path, "a trial", "d").get("d") == 2
 
 
 def test_somebodys_file_is_left_alone(tmp_path):
