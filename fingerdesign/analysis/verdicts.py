@@ -43,6 +43,7 @@ _LISTED = 4  # More friction coefficients are shown as a range.
 NONE_SEEN = "no stick change is seen"
 _ON_PAGE = "design.toml"  # as a page names the design that lies next to it
 _NO_FORCE = 1e-9  # N: rounding noise of a contact without load.
+_COSTS = ", but "  # Before the verdict that a fix costs.
 _Key = TypeVar("_Key", str, float)
 
 
@@ -226,7 +227,17 @@ def _accuracy(ladder: LadderSummary) -> Verdict:
 
 
 def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]:
-    """One fix or more for each verdict that fails, those of the design's keys first."""
+    """One fix or more for each verdict that fails, those of the design's keys first; but the search
+    of a passing finger first where a fix costs another verdict."""
+    keys = [*_key_fixes(result, failing, design_file)]
+    here = "; the file is next to this page" if design_file == _ON_PAGE else ""
+    command = f"fingerdesign optimise {design_file}{_permission(result)}"
+    search = [Fix(command, f"searches one that passes{here}")] if failing else []
+    costly = any(_COSTS in each.brings for each in keys)
+    yield from (*search, *keys) if costly else (*keys, *search)
+
+
+def _key_fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]:
     coulomb = not any(grip.friction_law for grip in result.grips)  # which forces are scaled by
     if coulomb and any(name.startswith("lifts") for name in failing):
         yield from _lift_fixes(result)
@@ -236,10 +247,6 @@ def _fixes(result: Result, failing: set[str], design_file: str) -> Iterator[Fix]
         yield from _share_fixes(result)
     if "gage signal" in failing and result.measurability is not None:
         yield from _gage_fixes(result.measurability, str(result.parameters.get("plates.material")))
-    if failing:
-        here = "; the file is next to this page" if design_file == _ON_PAGE else ""
-        command = f"fingerdesign optimise {design_file}{_permission(result)}"
-        yield Fix(command, f"searches one that passes{here}")
 
 
 def _permission(result: Result) -> str:
@@ -320,7 +327,7 @@ def _too_light(result: Result, heaviest: float = math.inf) -> set[str]:
 
 def _price(crushes: bool) -> str:
     """The verdict that a fix costs, where it does."""
-    return f", but grip force {SIGNS['fail']}" if crushes else ""
+    return f"{_COSTS}grip force {SIGNS['fail']}" if crushes else ""
 
 
 def _pulled(grip: GripResult) -> float:

@@ -220,7 +220,7 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     assert page.index("better than the reference") < page.index(">recommended<")
     stated = verdict(found)
     assert "No more thorough model confirmed this." in stated
-    assert any("2 trials have it, 20 are needed" in each for each in stated)
+    assert any("2 trials have it, 12 are needed" in each for each in stated)
     study = search.study.model_copy(
         update={"study": search.study.study.model_copy(update={"fidelity": "3d"})}
     )

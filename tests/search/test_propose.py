@@ -134,7 +134,7 @@ def test_many_keys_share_one_length_and_small_spaces_are_used_up():
     many = parse_study(f"{text}[parameters]\n{keys}")
     known = searched(many, lambda v: (sum(v.values()),), lambda v: (0.0,), 12)
     columns, _ = inputs_of(many, shares_of(many, [each.values for each in known]))
-    kernel = propose._kernel(columns, np.array([each.losses[0] for each in known]))
+    kernel = propose.likeliest_kernel(columns, np.array([each.losses[0] for each in known]))
     assert kernel.k1.k2.length_scale.shape == ()
     few = parse_study(f"""{text}[parameters]
 "plates.count" = {{ low = 3, high = 7, log = true }}

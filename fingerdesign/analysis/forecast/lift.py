@@ -5,7 +5,7 @@ docs/reference/fingers.md and is held by tests/analysis/test_lift_forecast.py.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from fingerdesign.analysis.analysis import ENOUGH_NODES, SMALL_STRAIN
@@ -58,7 +58,8 @@ def lifts(design: Design) -> list[Lift]:
     if len(gage_array(design)) < LEAST_GAGES:
         return []
     frictions = sorted(design.grip.friction_coefficients)
-    return [_lift(design, mu, mass) for mass in design.grip.masses_g for mu in frictions]
+    found = [_lift(design, mu, mass) for mass in design.grip.masses_g for mu in frictions]
+    return [replace(each, remedies=tuple(_remedies(design, each, found))) for each in found]
 
 
 def _lift(design: Design, friction: float, mass_g: float) -> Lift:
@@ -77,7 +78,7 @@ def _lift(design: Design, friction: float, mass_g: float) -> Lift:
         "3d": round(half * area / (_FACET * size * size)),
     }
     change = _stick_change(design, force, wide, area)
-    found = Lift(
+    return Lift(
         friction_coefficient=friction,
         object_mass_g=mass_g,
         normal_force_N=force,
@@ -88,7 +89,6 @@ def _lift(design: Design, friction: float, mass_g: float) -> Lift:
         smallest_stick_change=change,
         measurable=_measurable(change),
     )
-    return replace(found, remedies=tuple(_remedies(design, found)))
 
 
 def _stick_change(design: Design, normal: float, wide: float, area: float) -> float | None:
@@ -117,17 +117,20 @@ def _measurable(change: float | None) -> bool | None:
     return change < WANTED_STICK_CHANGE
 
 
-def _remedies(design: Design, lift: Lift) -> Iterator[str]:
+def _remedies(design: Design, lift: Lift, every: Sequence[Lift]) -> Iterator[str]:
+    """Remedies of a lift, where it is the worst of all: what mends it mends the others."""
     pulled_g = design.grip.pulled_g(lift.object_mass_g)
     later = f", pulled later as by {pulled_g:.4g} g," if pulled_g > lift.object_mass_g else ""
     what = (
         f"a lift of {lift.object_mass_g:g} g{later} at a friction of {lift.friction_coefficient:g}"
     )
-    yield from _depths(design, lift, what, bool(later))
+    if lift is max(every, key=lambda each: each.approach_mm):
+        yield from _depths(design, lift, what, bool(later))
     yield from _first_moves(design, lift)
     for fidelity, count in lift.contact_nodes.items():
         least = ENOUGH_NODES[2 if fidelity == "plane-strain" else 3]
-        if count < least:
+        counts = [each.contact_nodes[fidelity] for each in every]
+        if count < least and lift is every[counts.index(min(counts))]:
             flat = fidelity == "plane-strain"
             table = design.mesh.section if flat else design.mesh
             size = table.contact_size_mm * (count / least if flat else math.sqrt(count / least))
@@ -138,7 +141,8 @@ def _remedies(design: Design, lift: Lift) -> Iterator[str]:
                 f"{what} will have about {count} contact nodes in {fidelity}, {least} are enough: "
                 f"{change}"
             )
-    if lift.measurable is False and lift.smallest_stick_change is not None:
+    worst = max(every, key=lambda each: each.smallest_stick_change or 0.0)
+    if lift is worst and lift.measurable is False and lift.smallest_stick_change is not None:
         gain = lift.smallest_stick_change / WANTED_STICK_CHANGE
         noise = amplifier_noise(design.rig.hardware, design.gage_factor)
         yield (

@@ -84,7 +84,7 @@ def _sensitivity_table(found: Optimised) -> Iterator[Table]:
     for key in found.search.study.parameters:
         row = [shown(key)]
         for effect in (e for each in known for e in each.effects if e.parameter == key):
-            row.append(f"{effect.share:.2f} ± {effect.spread:.2f}")
+            row.append(f"{effect.share:.2f}")
             row.append(NONE if effect.direction is None else f"{effect.direction:+.2f}")
         rows.append(tuple(row))
     ends = [f"{each.metric}: {part}" for each in known for part in ("share", "direction")]

@@ -187,9 +187,9 @@ class _Models:
         feasible = _feasibility([each.broken or () for each in compress(known, done)])
         losses = _tamed(np.array([each.losses for each in compress(known, valued)]))
         known_of = [(inputs[done], feasible), *((inputs[valued], each) for each in losses.T)]
-        self.kernels = kernels or list(starmap(_kernel, known_of))
+        self.kernels = kernels or list(starmap(likeliest_kernel, known_of))
         self._feasible, *self._losses = (
-            _model(kernel, *own, inputs[~done])
+            gaussian_process(kernel, *own, inputs[~done])
             for kernel, own in zip(self.kernels, known_of, strict=True)
         )
         # The model's own means, for a result that is good by chance alone is not to be beaten.
@@ -252,7 +252,7 @@ def _tamed(losses: Array) -> Array:
     return np.asarray(np.arcsinh((losses - middle) / np.where(width > 0.0, width, 1.0)))
 
 
-def _kernel(inputs: Array, values: Array) -> Any:
+def likeliest_kernel(inputs: Array, values: Array) -> Any:
     """The kernel under which values are likeliest."""
     from sklearn.exceptions import ConvergenceWarning
     from sklearn.gaussian_process import GaussianProcessRegressor
@@ -272,13 +272,15 @@ def _kernel(inputs: Array, values: Array) -> Any:
         return model.fit(inputs, values).kernel_
 
 
-def _model(kernel: Any, inputs: Array, values: Array, waiting: Array) -> Any:
+def gaussian_process(
+    kernel: Any, inputs: Array, values: Array, waiting: Array | None = None
+) -> Any:
     """A Gaussian process through values, and through its own means at the inputs that wait."""
     from sklearn.gaussian_process import GaussianProcessRegressor
 
     model = GaussianProcessRegressor(kernel, optimizer=None, normalize_y=True)
     model.fit(inputs, values)
-    if not len(waiting):
+    if waiting is None or not len(waiting):
         return model
     again = GaussianProcessRegressor(kernel, optimizer=None, normalize_y=True)
     return again.fit(np.vstack([inputs, waiting]), np.append(values, model.predict(waiting)))

@@ -149,6 +149,5 @@ def shares_caption(found: Sequence[Sensitivity]) -> str:
     known = ". ".join(each.words for each in found)
     return (
         f"What each objective depends on. {known}. Share: of the variance that goes with the "
-        "parameter, alone or in concert, with its standard error; direction: partial rank "
-        "correlation, above 0 rising"
+        "parameter, alone or with others; direction: rank correlation, above 0 rising"
     )
