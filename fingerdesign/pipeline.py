@@ -49,8 +49,10 @@ def analyse(
     Without a scene: the fundamental case and the design's grips. Errors as of :func:`run`.
     """
     design = design if isinstance(design, Design) else load_design(design)
+    name = "" if isinstance(scene, Scene | None) else Path(scene).stem
     scene = scene if isinstance(scene, Scene | None) else load_scene(scene)
-    return Analysed.of(run(Case(design, scene, fidelity, grips=scene is None, fields=False)))
+    case = Case(design, scene, fidelity, name, grips=scene is None, fields=False)
+    return Analysed.of(run(case))
 
 
 def run(case: Case, report: Report = lambda message: None, clock: Clock | None = None) -> Analysis:

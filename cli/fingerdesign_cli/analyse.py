@@ -28,6 +28,11 @@ from fingerdesign_cli.options import Options
 
 # The columns of the table of grips; those without any value are left out.
 _HEADINGS = ("g", "μ", "ends", "F_n N", "margin", "stick", "pauses", "stick error", "slip warning")
+_LEGEND = (
+    "pauses: the hand waited, pressing; slip warning: time before complete slip, and warnings "
+    "without one; withdrawn: it ended before the slip"
+)
+_ENDED = {"stage travel": "travel ends", "steps": "steps end"}
 
 
 @dataclass(frozen=True)
@@ -288,6 +293,10 @@ def _show_grips(result: Result, out: Path, file: str) -> None:
     terminal.print_table(
         f"{result.design}: {mass}{first.controller}", headings, cells, terminal.WIDTH
     )
+    if result.parameters.get("grip.hardware.gage_noise_microstrain"):
+        terminal.say_marked("", "one draw of noise (grip.seed); `fingerdesign study` gives rates")
+    if terminal.details():
+        terminal.say_marked("", _LEGEND)
     _show(result, out / result.design, file)
 
 
@@ -296,7 +305,10 @@ def _row(grip: GripResult) -> list[str]:
     return [
         f"{grip.object_mass_g:g}",
         f"{grip.friction_coefficient:g}",
-        next((word for word, is_so in ends.items() if is_so), "not lifted"),
+        next(
+            (word for word, is_so in ends.items() if is_so),
+            _ENDED.get(f"{grip.outcome}", "not lifted"),
+        ),
         terminal.number(grip.final_normal_force_N),
         terminal.number(grip.safety_margin),
         terminal.number(grip.minimum_stick_ratio),

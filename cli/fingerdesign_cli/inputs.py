@@ -93,6 +93,7 @@ def estimator_for(
         if any(map(needs_training, hands)):
             _say_unused(design, fidelity)
         return None
+    from fingerdesign.design.shipped import estimator_texts
     from fingerdesign.sensing.train.ready import adopted_estimator
     from fingerdesign.sensing.train.result import estimator_faults
 
@@ -103,7 +104,8 @@ def estimator_for(
     try:
         estimator = estimator or GripEstimator.from_json(whole_text(path))
     except (OSError, UnicodeDecodeError, EstimatorError) as error:
-        fault = Fault("--estimator", str(path), "an estimator's JSON file", why_unread(error))
+        bound = f"an estimator's JSON file, or a design with one: {', '.join(estimator_texts())}"
+        fault = Fault("--estimator", str(path), bound, why_unread(error))
         raise DesignError([fault]) from error
     if faults := estimator_faults(design, estimator, fidelity):
         raise DesignError(faults, str(path))

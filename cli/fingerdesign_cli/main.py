@@ -91,7 +91,7 @@ def _report(error: Exception | KeyboardInterrupt, keep: bool) -> int:
     if isinstance(error, click.ClickException):
         text = StringIO()
         error.show(text)
-        return _failure(text.getvalue().rstrip("\n"), error.exit_code)
+        return _failure(text.getvalue().rstrip("\n").expandtabs(2), error.exit_code)
     if isinstance(error, errors.DesignError):
         return _failure(str(error), BAD_INPUT)
     if isinstance(error, BrokenPipeError):  # nobody reads our output: `fingerdesign ... | head`

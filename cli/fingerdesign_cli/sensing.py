@@ -205,7 +205,10 @@ def _export_regulator(design: Design, folder: Path, path: Path | None, target: T
         estimator = _estimator_of(design, path, show, target.fidelity)
         estimator = estimator if target.noise is None else estimator.at_noise(target.noise)
         if estimator.noise > (most := estimator.bands[-1].most_noise):
-            click.echo(f"warning: it was trained for a noise of up to {most:g}", err=True)
+            click.echo(
+                f"warning: the estimator was trained for a noise of up to {most:g} microstrain",
+                err=True,
+            )
         unit = regulator.fmu(estimator, design.grip) if is_unit else b""
         texts = {} if is_unit else c_files(estimator, design.grip)
         for file, content in ({regulator.FILE: unit} if is_unit else texts).items():

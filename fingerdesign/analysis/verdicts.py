@@ -290,7 +290,7 @@ def _hold_fixes(result: Result, failing: Sequence[GripResult]) -> Iterator[Fix]:
     light = slips.object_mass_g * held  # The force reached holds it.
     alike = slips.most_pull_N is None  # What comes later does not follow the first mass.
     lighter = alike and held < 1.0 and _too_light(result, light) <= _too_light(result)
-    if lighter and (change := _masses(result.grips, heaviest=light)):
+    if _has_one_force(result) and lighter and (change := _masses(result.grips, heaviest=light)):
         yield Fix(change, f"lifts at μ {slips.friction_coefficient:g}", "Coulomb")
 
 
@@ -362,13 +362,18 @@ def _force_fixes(result: Result, design_file: str) -> Iterator[Fix]:
     if nearest.safety_margin is not None:
         light = nearest.object_mass_g * nearest.safety_margin / HUMAN_MARGIN[0]
         bears = _too_light(result, light) <= _too_light(result)
-        if _keeps_forces(result) and bears and (change := _masses(good, heaviest=light)):
+        if _has_one_force(result) and bears and (change := _masses(good, heaviest=light)):
             yield Fix(change, _passes("grip force"), "Coulomb")
 
 
 def _keeps_forces(result: Result) -> bool:
     """True where steps and preload do not follow the objects' masses, and forces with them."""
     return bool(result.parameters.get("grip.defaults") != "follow")
+
+
+def _has_one_force(result: Result) -> bool:
+    """True where the hand's force is the same for a lighter object: other rules press it less."""
+    return _keeps_forces(result) and {each.controller for each in result.grips} == {"fixed_force"}
 
 
 def _light_fixes(result: Result, good: Sequence[GripResult]) -> Iterator[Fix]:

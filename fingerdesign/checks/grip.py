@@ -45,7 +45,7 @@ def _travel_faults(design: Design) -> Iterator[Fault]:
     bound = f"grip.max_approach_mm = {travel:g}"
     for key in ("preload_mm", "approach_step_mm"):
         if (value := getattr(grip, key)) > travel:
-            yield Fault(f"grip.{key}", value, f"at most {bound}", "the stage could not move so far")
+            yield Fault(f"grip.{key}", value, f"at most {bound}", "lower it, or raise the travel")
     if grip.preload_mm == travel:
         yield Fault("grip.preload_mm", travel, f"below {bound}", "leave travel to grip with")
     if (step := grip.approach_step_mm) < (least := travel / _MOST_MOVES):

@@ -30,7 +30,7 @@ GRAVITY = 9.80665  # m/s^2
 FORCE_NOISE_N = 0.005  # A good force cell's standard deviation of a sample.
 # A milligram, and a friction below that of ice on ice or of any rubber: lighter and slipperier
 # objects are errors of units, and forces divide by both.
-LEAST_MASS_G, LEAST_FRICTION = 1e-3, 1e-3
+LEAST_MASS_G, MOST_MASS_G, LEAST_FRICTION = 1e-3, 1e5, 1e-3
 
 PlantName = Literal["finger", "lift"]
 OppositeName = Literal["mirror", "bare"]
@@ -38,7 +38,7 @@ _Share = Annotated[float, Field(gt=0, lt=1)]
 _Seconds = Annotated[float, Field(gt=0, le=1e6)]
 _PlateNumber = Annotated[int, Field(ge=0, le=100_000)]
 Friction = Annotated[float, Field(ge=LEAST_FRICTION, le=5)]
-_Mass = Annotated[float, Field(ge=LEAST_MASS_G, le=1e5)]
+_Mass = Annotated[float, Field(ge=LEAST_MASS_G, le=MOST_MASS_G)]
 _STRICT = ConfigDict(strict=True, allow_inf_nan=False)
 _ONE: TypeAdapter[float] = TypeAdapter(_Mass, config=_STRICT)
 _BOTH: TypeAdapter[tuple[float, float]] = TypeAdapter(Pair[_Mass, _Mass], config=_STRICT)
@@ -60,7 +60,7 @@ class WeightChange(Table):
     """``[[grip.weight_changes]]``: the lifted object has another mass from a step on."""
 
     step_after_lift: int = Field(ge=1, le=100_000, description="1 is the next after the lift")
-    object_mass_g: float = Field(ge=LEAST_MASS_G, le=1e5, description="its mass from then on")
+    object_mass_g: _Mass = Field(description="its mass from then on")
 
 
 def weight_per_finger(object_mass_g: float) -> float:
@@ -228,7 +228,7 @@ def _or_auto(schema: dict[str, Any]) -> None:
 
 def _followed(default: float | None, least: float, most: float, description: str) -> Any:
     """A number's key that follows finger and object where it is absent or "auto"."""
-    words = f'{description}; absent or "auto": follows finger and object'
+    words = f'{description}; absent or "auto": by grip.defaults'
     return key(default, words, ge=least or LEAST, le=most, json_schema_extra=_or_auto)
 
 

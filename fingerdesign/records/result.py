@@ -471,7 +471,12 @@ class Result:
         except (ValueError, RecursionError) as error:
             fault = Fault("JSON", str(error), "the text of a result.json", "run analyse again")
             raise DesignError([fault], source) from error
-        version = loaded.get("schema_version") if isinstance(loaded, dict) else None
+        if not isinstance(loaded, dict):
+            fault = Fault(
+                "JSON", f"{loaded}"[:40], "the text of a result.json", "run analyse again"
+            )
+            raise DesignError([fault], source)
+        version = loaded.get("schema_version")
         if version != SCHEMA_VERSION:
             remedy = "read it with the fingerdesign that wrote it, or run analyse again"
             fault = Fault("schema_version", version, f"{SCHEMA_VERSION}", remedy)
@@ -488,5 +493,6 @@ def _fault(item: Any) -> Fault:
     value = "{...}" if isinstance(item["input"], dict | list) else item["input"]
     value = "nothing" if item["type"] == "missing" else value
     key = ".".join(str(part) for part in item["loc"]) or "result"
-    bound = bounds.get(item["type"], item["msg"].removeprefix("Value error, "))
+    words = item["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    bound = bounds.get(item["type"], words)
     return Fault(key, value, bound, "run analyse again")

@@ -185,7 +185,8 @@ class Registry:
 
     def fault(self, name: object, key: str) -> Fault:
         """The fault of an unknown name."""
-        return unknown_name(name, key, self.names())
+        own = ["module:Class of your own"] if self.refers else []
+        return unknown_name(name, key, [*self.names(), *own])
 
     def shipped_names(self) -> tuple[str, ...]:
         """Names of the shipped kinds, in the order of lists, without importing them."""

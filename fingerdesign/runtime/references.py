@@ -68,6 +68,8 @@ def referred(name: str, key: str) -> Any:
         absent = bool(missing) and f"{module}.".startswith(f"{missing}.")
         why = " ".join(f"correct it: {type(error).__name__}: {error}".split())[:300]
         remedy = "run where its folder lies, or install it" if absent else why
+        if module.endswith(".py"):
+            remedy = f"write {module.removesuffix('.py')}:{path}, without .py"
         raise fault("package.module:Class of a module that can be imported", remedy) from None
     try:
         for part in path.split("."):

@@ -5,6 +5,7 @@ and mass are drawn, the fingers press to the preload, and from there on each ste
 Needs the extra ``gym`` (``pip install fingerdesign[gym]``).
 """
 
+import warnings
 from collections.abc import Sequence
 from math import ceil, isfinite, log
 from typing import Any, ClassVar
@@ -27,7 +28,7 @@ from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.records.result import MOST_FORCE
 from fingerdesign.runtime.extras import needs
 from fingerdesign.sensing.model import grip_problem, model_data, opposite_problem
-from fingerdesign.sensing.train.ready import estimator_of
+from fingerdesign.sensing.train.ready import estimator_of, shipped_estimator
 from fingerdesign.sensing.train.result import estimator_faults
 
 try:
@@ -84,7 +85,7 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         """frictions, masses_g: ends of what is drawn, evenly and evenly in the logarithm.
         noise_microstrain: of a gage's sample, instead of the design's. problem: the design's
         condensed model for environments that share one; without it it is made, at ``fidelity``.
-        estimates: True takes the estimator that ships with the design, or trains one.
+        estimates: True takes the estimator that ships with the design, or trains one and warns.
 
         Raises DesignError for wrong input, ValueError where a tug lifts the lightest object out of
         the fingers, ImportError without gymnasium.
@@ -105,6 +106,9 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
             given = None if estimates is True else estimates
             if given is not None and (faults := estimator_faults(design, given, fidelity)):
                 raise DesignError(faults)
+            if given is None and shipped_estimator(design, fidelity) is None:
+                words = f"no estimator ships for {design.design.name} in {fidelity}: it is trained"
+                warnings.warn(f"{words}, half an hour, or comes from the cache", stacklevel=2)
             own = given or estimator_of(design, fidelity=fidelity)
             self._estimator = own.at_noise(noise_microstrain)
         self._history: list[Moment] = []
@@ -162,6 +166,10 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
         plant = self._plant
         if plant is None:
             raise ResetNeeded("the episode has not begun or is over: call reset first")
+        if np.shape(action) != (2,):
+            raise ValueError(
+                "an action is two numbers: the moves along x and y, as shares of a step"
+            )
         up, closing = (float(value) for value in action)
         if not (isfinite(up) and isfinite(closing)):
             raise ValueError(f"an action of {up:g}, {closing:g}: both must be finite")

@@ -1,5 +1,6 @@
 """Findings of a control study: what it asks, the answers as verdicts, and their numbers."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -63,12 +64,19 @@ def _peak(spread: Spread | None) -> str:
     return f"median peak {spread.median:.2f} times the least force"
 
 
+def _median_peak(spread: Spread | None) -> float:
+    return math.inf if spread is None else spread.median
+
+
 def _best(data: ControlData) -> Finding:
     """The best of the controllers that are given nothing of the object; of all, where there is
     none."""
     every = data["controllers"]
     blind = [each for each in every if not each["told"]]
-    best = max(blind or every, key=lambda each: rate_of(each["whole_grid"].success))
+    rated = [(rate_of(each["whole_grid"].success), each) for each in blind or every]
+    rate = max(own for own, _ in rated)
+    equals = [each for own, each in rated if own == rate]
+    best = min(equals, key=lambda each: _median_peak(each["whole_grid"].peak_ratio))
     all_, name = best["whole_grid"], words(best["controller"])
     given = f", which is given {best['told']}" if best["told"] else ""
     noises = ", ".join(map(str, data["conditions"]["noises_microstrain"]))
@@ -77,9 +85,12 @@ def _best(data: ControlData) -> Finding:
         f"{name}{given}: {success} of {all_.grips} grips at all noises ({noises} microstrain); "
         f"{all_.dropped} dropped, {all_.crushed} crushed, {all_.not_lifted} not lifted."
     )
+    if alike := [words(each["controller"]) for each in equals if each is not best]:
+        detail += f" As often, at a peak force that is no lower: {', '.join(alike)}."
     if not best["told"] and len(blind) < len(every):
         detail += " Oracles, which are given friction and weight, are left out."
-    verdict = Verdict("note", "best controller", name, count=f"{success} success")
+    tied = f", as of {len(alike)} more" if alike else ""
+    verdict = Verdict("note", "best controller", name, count=f"{success} success{tied}")
     return Finding(verdict, "Which controller succeeds most often?", detail)
 
 
@@ -102,14 +113,13 @@ def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[F
     """The regulator's share of held grips, and how tightly it holds."""
     held, aim = own.held, f"{100.0 * HELD_SHARE:g} %"
     rate, axes = rate_of(held), data["conditions"]
-    enough = rate >= HELD_SHARE
     frictions = _axis(axes["friction_coefficients"], "friction")
     more = "--plants, --lifts" if own.fingers else "--friction, --mass-g"
-    where = f"one each on {frictions} by {_axis(axes['object_masses_g'], 'weight', ' g')}"
+    where = f"one each on {frictions} by {_axis(axes['object_masses_g'], 'mass', ' g')}"
     if own.fingers:
         where = f"by {own.fingers} drawn fingers, which the interval is over"
     yield Finding(
-        Verdict("pass" if enough else "fail", "regulator lifts", percent(rate), f"target {aim}"),
+        Verdict(_decided(held), "regulator lifts", percent(rate), f"target {aim}"),
         f"At {noise:g} microstrain, does the regulator lift {aim} of this grid without complete "
         "slip?",
         f"Measured: {held.count} of {held.of} grips ({percent(rate)}), {where}. The 95 % interval "
@@ -125,6 +135,13 @@ def _regulator(data: ControlData, own: NoiseSummary, noise: float) -> Iterator[F
         f"Median {margin.median:.2f}, middle half {margin.low:.2f} to {margin.high:.2f}; median "
         f"peak force {own.peak_ratio.median:.2f} times the least.",
     )
+
+
+def _decided(held: Share) -> Status:
+    """The status of a share of held grips; a warning where more grips decide."""
+    if (held.low or 0.0) < HELD_SHARE <= (held.high or 0.0):
+        return "warning"
+    return "pass" if rate_of(held) >= HELD_SHARE else "fail"
 
 
 def _interval(held: Share, aim: str, more: str) -> str:
@@ -144,7 +161,8 @@ def _axis(values: Sequence[float], name: str, unit: str = "") -> str:
     """An axis of the grid: "10 frictions (0.2 to 0.8)"."""
     low, high = min(values), max(values)
     span = f"{low:g} to {high:g}" if low != high else f"{low:g}"
-    return f"{len(values)} {name}{'s' if len(values) > 1 else ''} ({span}{unit})"
+    plural = "" if len(values) < 2 else "es" if name.endswith("s") else "s"
+    return f"{len(values)} {name}{plural} ({span}{unit})"
 
 
 def _rival(data: ControlData, noise: float) -> tuple[str, NoiseSummary] | None:

@@ -92,8 +92,9 @@ def test_one_force_holds_what_passes_too_and_bears_the_gentlest_where_it_can(res
         assert next(each.brings for each in fixes if "controller" in each.change) == "lifts ✓"
 
 
-def lighter(result, grips, seen):
+def lighter(result, grips, seen, hand="fixed_force"):
     """What is brought by each lighter object that is proposed; the gages see so much of 200 g."""
+    grips = tuple(replace(each, controller=hand) for each in grips)
     state = replace(seeing(seen).states[0], tangential_force_N=0.981)
     found = replace(seeing(seen), states=(state,))
     fixes = verdict_view(replace(result, grips=grips, measurability=found)).fixes
@@ -109,6 +110,7 @@ def test_a_lighter_object_that_fails_another_verdict_is_not_proposed(result):
         squeezed = replace(other, peak_normal_force_N=ratio * other.least_force_N)
         found[ratio, seen] = lighter(result, (slips, squeezed), seen)
     assert list(found.values()) == [["lifts at μ 0.2"], [], []]
+    assert lighter(result, (slips,), 0.05, "paper") == []  # It presses a lighter object less.
     for ratio, brings in ((2.0, ["grip force ✓"]), (2.9, [])):
         thin = replace(other, safety_margin=1.1, peak_normal_force_N=ratio * other.least_force_N)
         assert lighter(result, (thin,), 0.05) == brings

@@ -37,7 +37,8 @@ def _new_folder(
     "--mass-g",
     metavar="G",
     type=options.MASSES,
-    help="The object's mass, or a range: 500, 50..500. Instead of grip.object_mass_g.",
+    help="The object's mass, or a range, whose ends are lifted: 500, 50..500. Instead of "
+    "grip.object_mass_g.",
 )
 @options.scene_option(
     "A scene whose object's friction, by whatever law, the grips meet, one lift each mass. "

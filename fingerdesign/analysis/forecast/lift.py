@@ -14,7 +14,7 @@ from fingerdesign.analysis.detection import HELD_USED, SEEN, WANTED_STICK_CHANGE
 from fingerdesign.checks.follow import lift_approach, lift_force
 from fingerdesign.checks.remedies import edge
 from fingerdesign.control.calibration import LEAST_GAGES
-from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.design.grip import MOST_MASS_G, weight_per_finger
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.bodies import crest_height
@@ -66,16 +66,11 @@ def _lift(design: Design, friction: float, mass_g: float) -> Lift:
     pulled_g = design.grip.pulled_g(mass_g)
     force = lift_force(design, friction, 1.0 / HELD_USED, pulled_g)
     approach = lift_approach(design, friction, 1.0 / HELD_USED, pulled_g)
-    body = design.body
-    wide, deep = contact_reach(design, SceneObject(), approach)
-    wide, deep = min(wide, 0.5 * body.width_mm), min(deep, 0.5 * body.depth_mm)
-    straight = deep >= 0.5 * body.depth_mm
-    area = 4.0 * wide * deep if straight else math.pi * wide * deep
+    wide, area = _touched(design, approach)
     size = design.mesh.contact_size_mm
-    half = 0.5 if mirrors_in_z(design) else 1.0
     nodes = {
         "plane-strain": round(2.0 * wide / design.mesh.section.contact_size_mm) + 1,
-        "3d": round(half * area / (_FACET * size * size)),
+        "3d": round(_modelled(design, area) / (_FACET * size * size)),
     }
     change = _stick_change(design, force, wide, area)
     return Lift(
@@ -89,6 +84,20 @@ def _lift(design: Design, friction: float, mass_g: float) -> Lift:
         smallest_stick_change=change,
         measurable=_measurable(change),
     )
+
+
+def _touched(design: Design, approach: float) -> tuple[float, float]:
+    """Half-width, mm, and area, mm^2, of the contact at an approach."""
+    body = design.body
+    wide, deep = contact_reach(design, SceneObject(), approach)
+    wide, deep = min(wide, 0.5 * body.width_mm), min(deep, 0.5 * body.depth_mm)
+    straight = deep >= 0.5 * body.depth_mm
+    return wide, (4.0 if straight else math.pi) * wide * deep
+
+
+def _modelled(design: Design, area: float) -> float:
+    """The part of a contact's area that a model in 3-D has."""
+    return (0.5 if mirrors_in_z(design) else 1.0) * area
 
 
 def _stick_change(design: Design, normal: float, wide: float, area: float) -> float | None:
@@ -127,20 +136,8 @@ def _remedies(design: Design, lift: Lift, every: Sequence[Lift]) -> Iterator[str
     if lift is max(every, key=lambda each: each.approach_mm):
         yield from _depths(design, lift, what, bool(later))
     yield from _first_moves(design, lift)
-    for fidelity, count in lift.contact_nodes.items():
-        least = ENOUGH_NODES[2 if fidelity == "plane-strain" else 3]
-        counts = [each.contact_nodes[fidelity] for each in every]
-        if count < least and lift is every[counts.index(min(counts))]:
-            flat = fidelity == "plane-strain"
-            table = design.mesh.section if flat else design.mesh
-            size = table.contact_size_mm * (count / least if flat else math.sqrt(count / least))
-            change = f"lower mesh.{'section.' if flat else ''}contact_size_mm to {size:.2g}"
-            if size < _FINEST_MM[fidelity]:
-                change = "no mesh is fine enough for so small a contact"
-            yield (
-                f"{what} will have about {count} contact nodes in {fidelity}, {least} are enough: "
-                f"{change}"
-            )
+    if lift is min(every, key=lambda each: each.approach_mm):
+        yield from _fine_enough(design, lift, what)
     worst = max(every, key=lambda each: each.smallest_stick_change or 0.0)
     if lift is worst and lift.measurable is False and lift.smallest_stick_change is not None:
         gain = lift.smallest_stick_change / WANTED_STICK_CHANGE
@@ -148,10 +145,35 @@ def _remedies(design: Design, lift: Lift, every: Sequence[Lift]) -> Iterator[str
         yield (
             f"at a friction of {lift.friction_coefficient:g} gages on plates of "
             f"{design.plates.material} will hardly be measurable: about {gain:.2g} times too "
-            f"little for {noise:g} microstrain of noise (a forecast, right within a factor of "
+            f"little for {noise:.3g} microstrain of noise (a forecast, right within a factor of "
             f"{_GAGES_OFF:g}; analyse measures it); take softer or thinner plates, or a quieter "
             "amplifier"
         )
+
+
+def _fine_enough(design: Design, lift: Lift, what: str) -> Iterator[str]:
+    """Sizes of a mesh with enough contact nodes, or that there is none."""
+    wide, area = _touched(design, lift.approach_mm)
+    for fidelity, count in lift.contact_nodes.items():
+        flat = fidelity == "plane-strain"
+        least = ENOUGH_NODES[2 if flat else 3]
+        if count >= least:
+            continue
+        size = 2.0 * wide / least if flat else math.sqrt(_modelled(design, area) / (_FACET * least))
+        key = f"mesh.{'section.' if flat else ''}contact_size_mm"
+        change = f"lower {key} to {_below(size):g}"
+        if size < _FINEST_MM[fidelity]:
+            change = "no mesh is fine enough for so small a contact"
+        yield (
+            f"{what} will have about {count} contact nodes in {fidelity}, {least} are enough: "
+            f"{change}"
+        )
+
+
+def _below(value: float) -> float:
+    """Two digits of a value, rounded down."""
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{digit * math.floor(value / digit * (1.0 + 1e-9)):.2g}")
 
 
 def _first_moves(design: Design, lift: Lift) -> Iterator[str]:
@@ -170,11 +192,14 @@ def _first_moves(design: Design, lift: Lift) -> Iterator[str]:
     moves += grip.hold_force_N if grip.controller == "paper" else 0.0
     over = moves / least
     if 1.0 + over >= MOST_FORCE:
-        heavier = float(f"{1.1 * lift.object_mass_g * over / (MOST_FORCE - 1.0):.2g}")
+        heavier = 1.1 * lift.object_mass_g * over / (MOST_FORCE - 1.0)
+        suit = "no object bears them"
+        if heavier <= MOST_MASS_G:
+            suit = f"they suit {float(f'{heavier:.2g}'):g} g or more"
         yield (
             f"the moves of grip press with up to about {1.0 + over:.2g} times the least force that "
             f"holds {lift.object_mass_g:g} g at a friction of {lift.friction_coefficient:g}, and "
-            f"{MOST_FORCE:g} times crush it (forecast): they suit {heavier:g} g or more; fit "
+            f"{MOST_FORCE:g} times crush it (forecast): {suit}; fit "
             "preload_mm, approach_step_mm and hold_force_N with `fingerdesign study FILE --tune`"
         )
 
@@ -195,18 +220,22 @@ def _depths(design: Design, lift: Lift, what: str, later: bool) -> Iterator[str]
     """Remedies of a travel that the stage, or small strains, do not have."""
     takes = f"{what} takes about {lift.normal_force_N:.3g} N and {lift.approach_mm:.2g} mm"
     height = float(crest_height(design.body))
-    if lift.approach_mm > design.grip.max_approach_mm:
-        yield (
-            f"{takes}, more than grip.max_approach_mm = {design.grip.max_approach_mm:g}: raise it "
-            f"to at least {1.5 * lift.approach_mm:.2g}, or set it to 'auto'"
-        )
     if lift.approach_mm > SMALL_STRAIN * height:
+        if lift.approach_mm > 0.499 * height:  # where the forecast ends
+            takes = takes.replace(" N and ", " N and more than ")
         spare = _force_at(design, SMALL_STRAIN * height) / lift.normal_force_N
         name, stiff = design.body.material, design.material_of("body").youngs_modulus_MPa
-        light = float(f"{lift.object_mass_g * spare:.2g}")
-        less = "grip.weight_changes and tugs" if later else f"grip.object_mass_g to {light:g}"
+        less = f"grip.object_mass_g to {_below(lift.object_mass_g * spare):g}"
+        later_keys = [key for key in ("weight_changes", "tugs") if getattr(design.grip, key)]
+        less = " and ".join(f"grip.{key}" for key in later_keys) if later else less
         yield (
             f"{takes}, {lift.approach_mm / height:.0%} of the finger's height, where small strains "
             f"end ({SMALL_STRAIN:.0%}): raise materials.{name}.youngs_modulus_MPa from {stiff:g} "
-            f"to {stiff / spare:.2g}, or lower {less}"
+            f"to {1.0 / _below(spare / stiff):.3g}, or lower {less}"
+        )
+    elif lift.approach_mm > design.grip.max_approach_mm:
+        follows = ", or set it to 'auto'" if design.grip.defaults == "follow" else ""
+        yield (
+            f"{takes}, more than grip.max_approach_mm = {design.grip.max_approach_mm:g}: raise it "
+            f"to at least {1.5 * lift.approach_mm:.2g}{follows}"
         )

@@ -83,8 +83,11 @@ def estimator_of(
     """
     if (shipped := shipped_estimator(design, fidelity)) is not None:
         return shipped
-    hint = "" if shipped_estimator(design) is None else "; --fidelity 3d needs no training"
-    found = training_result_for(design, lambda each: report(f"{each}{hint}"), workers, fidelity)
+    ready = (each for each in FIDELITIES if shipped_estimator(design, each) is not None)
+    hints = (f"; --fidelity {each} needs no training" for each in ready)  # in the first message
+    found = training_result_for(
+        design, lambda each: report(f"{each}{next(hints, '')}"), workers, fidelity
+    )
     return found.estimator
 
 
