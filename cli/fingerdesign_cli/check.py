@@ -22,7 +22,7 @@ from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.design.shipped import file_text, kind_of
 from fingerdesign.design.step import StepFacts, step_facts
-from fingerdesign.errors import DesignError, Fault, printable
+from fingerdesign.errors import DesignError, Fault, MeshError, printable
 from fingerdesign.layout.fitting import gage_fit, gage_words, sheet_words, stiffness_words
 from fingerdesign.layout.rows import plate_frames
 from fingerdesign.layout.summary import Summary, summarise
@@ -81,9 +81,22 @@ def _judged(
     return _forecast(path, found.value, scene, scene_sound)
 
 
+def _mesh_fault(design: Design) -> Fault | None:
+    """The fault of a mesh of another program that is none of this finger."""
+    if design.mesh.file is None:
+        return None
+    from fingerdesign.mesh.files.imported import imported_mesh
+
+    try:
+        imported_mesh(design)
+    except MeshError as error:
+        return Fault("mesh.file", design.mesh.file, "a mesh of this finger", str(error))
+    return None
+
+
 def _forecast(
     path: Path, design: Design, judged: Judged[Scene] | None, scene_sound: bool
-) -> _Checked:
+) -> _Checked | dict[str, object]:
     """Summarise a sound design and forecast its analysis; not where the scene is faulty."""
     from fingerdesign.analysis.case import fundamental_scene
     from fingerdesign.analysis.finite_path import pressure_note
@@ -91,6 +104,8 @@ def _forecast(
     from fingerdesign.analysis.forecast.lift import lifts
     from fingerdesign.analysis.forecast.limits import too_large
 
+    if wrong := _mesh_fault(design):
+        return _faulty(path, DesignError([wrong], str(path)))
     scene = judged.value if judged is not None and scene_sound else None
     summary = summarise(design, scene)
     costs = forecasts(design, scene) if scene_sound else []

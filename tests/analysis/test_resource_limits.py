@@ -189,10 +189,11 @@ def test_finer_costs_more(fidelity, values, keys, own_cache):
         for share in (1.0, 0.5, 0.25):
             finer = with_values(design, {f"mesh.{key}": share * size})
             found = forecast_case(Case(finer, None, fidelity), MACHINE)
-            costs.append([found.dofs, found.operations, found.total_s, found.memory_MB])
+            mesh = found.seconds["mesh"]
+            costs.append([found.dofs, found.operations, found.total_s, mesh, found.memory_MB])
         rises = np.diff(costs, axis=0)
-        assert (rises[:, :3] > 0).all()
-        assert (rises[:, 3] >= 0).all()
+        assert (rises[:, :4] > 0).all()
+        assert (rises[:, 4] >= 0).all()
 
 
 def test_more_is_requested_more_is_predicted():
@@ -210,6 +211,11 @@ def test_more_is_requested_more_is_predicted():
     grips = [forecast_case(each, MACHINE).seconds["grips"] for each in (longer, shorter)]
     assert grips[0] == reported.seconds["grips"] > 3.0 * grips[1]
     swept = shipped("narrow", SWEPT)
+    gripped, slowly = (
+        forecast_case(Case(swept, None, "3d"), machine)
+        for machine in (MACHINE, Machine(30.0, 55.0, 2))
+    )
+    assert slowly.seconds == pytest.approx({k: 2.0 * v for k, v in gripped.seconds.items()})
     half = forecast_case(Case(swept, load_scene("fundamental"), "3d"), MACHINE)
     whole = forecast_case(Case(swept, load_scene("twist"), "3d"), MACHINE)
     assert half.half

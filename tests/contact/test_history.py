@@ -177,6 +177,18 @@ def test_friction_is_strengthened_from_the_first_each_time(strip):
         history.accept(solve_increment(history.problem, history.state, PRESSED, history.workspace))
 
 
+def test_a_displaced_surface_is_displaced_in_the_components_of_what_slid(strip):
+    _, history = path_of(strip, 0.8, SHEARED)
+    lag = np.random.default_rng(3).standard_normal(history.problem.modes[4].shape)
+    slid = history._slid
+    history.displace(lag)
+    assert slid.any()
+    expected = lag.copy()
+    expected[slid, 1:] *= 0.8
+    np.testing.assert_allclose(history.problem.modes[4], expected)
+    np.testing.assert_allclose(history.at_rest(lag), expected)
+
+
 def test_shares_out_of_bounds_are_refused(strip):
     for share in (0.0, 1.1, np.nan):
         with pytest.raises(ValueError, match="over 0 and at most 1"):

@@ -5,6 +5,7 @@ import pytest
 from fingerdesign.checks.load import parse_design
 from fingerdesign.checks.scene import scene_faults
 from fingerdesign.design.io import judge_scene, parse_scene
+from fingerdesign.errors import DesignError
 from fingerdesign.shapes.friction import FrictionLaw
 from tests.support.faults import faults_of
 
@@ -79,6 +80,12 @@ DESIGN = parse_design('design.name = "a"')
 )
 def test_wrong_scenes_are_refused_by_key(text, key):
     assert set(faults_of(text, parse_scene)) == {key}
+
+
+def test_a_pull_before_touch_is_shown_as_it_was_given():
+    with pytest.raises(DesignError) as caught:
+        parse_scene("path.increments_mm = [[-0.1, 0.7]]")
+    assert [each.value for each in caught.value.faults] == ["-0.1"]
 
 
 @pytest.mark.parametrize(

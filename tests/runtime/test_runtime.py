@@ -128,9 +128,10 @@ def test_a_cache_that_others_can_write_is_refused(mode, place, own_cache, tmp_pa
     assert Cache("trial").put("a.bin", b"x").is_file()
 
 
-def test_a_folder_that_another_group_can_write_is_not_private(tmp_path):
+@pytest.mark.parametrize("group", [54321, 1])  # of no name; of another's name and no members
+def test_a_folder_that_another_group_can_write_is_not_private(group, tmp_path):
     try:
-        os.chown(tmp_path, -1, 54321)
+        os.chown(tmp_path, -1, group)
     except PermissionError:
         pytest.skip("only the administrator gives a folder to another group")
     tmp_path.chmod(0o770)

@@ -284,9 +284,14 @@ def _value_at(design: dict[str, Any], key: str) -> Any:
 def _sources(path: Path) -> list[_Source]:
     if path.is_file() and path.name != RESULT_FILE and path.suffix != ".toml":
         return [_Source(path, _lines(path))]
-    found = _folder(path)
+    found, damaged = _folder(path), list[DesignError]()
     for place in () if found else sorted(path.glob("[!.]*/")):
-        found += _folder(place)
+        try:
+            found += _folder(place)
+        except DesignError as error:
+            damaged.append(error)
+    if damaged:
+        raise DesignError.together(damaged)
     if not found:
         bound = f"a folder with {OUTCOMES_FILE} or {RESULT_FILE}, or a file of outcomes"
         fault = Fault("RESULT", path, bound, "give what sweep, optimise or analyse got as --out")
