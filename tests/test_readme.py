@@ -22,6 +22,7 @@ from fingerdesign.mold.checks import walls
 from fingerdesign.mold.plan.limits import PROFILES, limits_of
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.search.optimise import sensitivity
+from fingerdesign.sensing.identify.trace_report import TARGET
 from fingerdesign.validate import assumptions
 from fingerdesign.validate.record import THRESHOLDS
 from tests.support import pages
@@ -241,6 +242,13 @@ def test_the_molds_page_reports_refusals_as_they_are():
         ("explanation/accuracy.md", r"contact pressure over (\d) shear", pressure._FACE),
         ("how_to/control.md", r"closes to ([\d.]+) or 1.5 times", OracleNear.margin),
         ("how_to/control.md", r"closes to 1.2 or ([\d.]+) times", OracleSafe.margin),
+        ("how_to/identify.md", r"modulus, gains \| (\d+) %", 100.0 * TARGET["modulus"]),
+        ("how_to/identify.md", r"modulus, gains \| (\d+) %", 100.0 * TARGET["gain"]),
+        ("how_to/identify.md", r"friction coefficient \| (\d+) %", 100.0 * TARGET["friction"]),
+        ("how_to/identify.md", r"by pressure \| ([\d.]+)", TARGET["exponent"]),
+        ("how_to/identify.md", r"stage zero \| ([\d.]+) mm", TARGET["touch"]),
+        ("how_to/identify.md", r"share; time \| ([\d.]+) of", TARGET["share"]),
+        ("how_to/identify.md", r"of all forces; (\d+) %", 100.0 * TARGET["time"]),
         ("how_to/molds.md", r"outer combs \| ([\d.]+) mm clear", walls.CLEAR_MM),
         ("how_to/optimise.md", r"less than (\d+) % of the variance", 100.0 * sensitivity.WEAK),
         ("how_to/validate.md", r"design's value \| (\d+) % less", 100.0 * assumptions.E_BAND),

@@ -191,6 +191,7 @@ def test_hdf5_files_are_read_and_refused_as_csv_files_are(tmp_path):
     first, second = recording.read_hdf5(path)
     assert (first.name, second.name, second.onset) == ("a", "b", GROSS_S)
     np.testing.assert_array_equal(first.fingers[0], taxels)
+    assert sets.judge_recorded(tmp_path).unread == ()
     with h5py.File(path, "a") as file:
         file["a/taxels"][3, 1, 2] = np.nan
         file["a/slip"][5] = 7

@@ -255,6 +255,7 @@ def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
             write_observability(named, folder)
     assert sorted(path.name for path in target.iterdir()) == sorted(FOLDER.products)
     record = json.loads((target / "observability.json").read_text())
+    assert record["schema_version"] == 1
     assert record["stick_error"] == found.stick_error
     assert [row["count"] for row in record["counts"]] == [5, 4, 3, 2, 1, 0]
     assert sorted(record["counts"][0]["plates"]) == [3, 4, 5, 6, 7]
