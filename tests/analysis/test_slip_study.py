@@ -208,6 +208,10 @@ def test_a_study_is_at_the_frictions_the_noise_and_the_share_of_its_case(problem
     assert (plain.force_floor_N, other.force_floor_N) == pytest.approx((0.015, 0.06))
     assert other.threshold == pytest.approx(0.5 * plain.threshold)
     assert len(plain.stick_ratio) == 4 * 8
+    by_share = dict(plain.rank_by_share)
+    for share in (0.4, 0.5, 0.7):
+        same = studied(problem, {"gages.area_share": share})[0]
+        assert same.rank_correlation == pytest.approx(by_share[share])
     for nothing in ({"studied": False}, {"scene": fundamental_scene()}):
         assert not studied(problem, **nothing)
     assert not studied(replace(problem, law=FrictionLaw(0.3, exponent=0.3, reference=0.1)))
