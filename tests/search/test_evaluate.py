@@ -139,7 +139,10 @@ def test_the_digest_changes_with_the_design_and_with_what_is_requested(job, desi
 def test_variants_are_meshed_as_grips_are_but_for_what_the_study_says(job, design):
     solid = replace(job, fidelity="3d")
     mesh = solid.case.design.mesh
-    assert (mesh.layers, mesh.layer_growth, mesh.section.gradation) == (4, 1.0, 0.4)
+    assert (mesh.layers, mesh.layer_growth, mesh.section.gradation) == (3, 1.3, 0.4)
+    one_face = replace(solid, design=with_values(design, {"gages.face": "upper"}))
+    for even in (one_face, replace(solid, part="sensing"), replace(solid, part="hand")):
+        assert (even.case.design.mesh.layers, even.case.design.mesh.layer_growth) == (4, 1.0)
     stated = replace(
         solid, study_keys=("mesh.layers", "mesh.mesher", "plates.count")
     ).case.design.mesh

@@ -12,7 +12,7 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 15
+METRICS_VERSION = 16
 # Computed on request: each group costs as much as a section's analysis, or twice that.
 PLACEMENT = "placement_effect"
 SPREAD = ("reading_std", "reading_std_calibrated", "yield_by_motion", "gage_response_90")
