@@ -293,11 +293,16 @@ def _show_grips(result: Result, out: Path, file: str) -> None:
     terminal.print_table(
         f"{result.design}: {mass}{first.controller}", headings, cells, terminal.WIDTH
     )
+    _explain(result)
+    _show(result, out / result.design, file)
+
+
+def _explain(result: Result) -> None:
+    """Lines below the table of grips: what they are one draw of, and its columns."""
     if result.parameters.get("grip.hardware.gage_noise_microstrain"):
         terminal.say_marked("", "one draw of noise (grip.seed); `fingerdesign study` gives rates")
     if terminal.details():
         terminal.say_marked("", _LEGEND)
-    _show(result, out / result.design, file)
 
 
 def _row(grip: GripResult) -> list[str]:

@@ -78,6 +78,8 @@ def _judged(
                 "mend these first, then check again: distances are judged after that", err=True
             )
         return report
+    if wrong := _mesh_fault(found.value):
+        return _faulty(path, DesignError([wrong], str(path)))
     return _forecast(path, found.value, scene, scene_sound)
 
 
@@ -96,7 +98,7 @@ def _mesh_fault(design: Design) -> Fault | None:
 
 def _forecast(
     path: Path, design: Design, judged: Judged[Scene] | None, scene_sound: bool
-) -> _Checked | dict[str, object]:
+) -> _Checked:
     """Summarise a sound design and forecast its analysis; not where the scene is faulty."""
     from fingerdesign.analysis.case import fundamental_scene
     from fingerdesign.analysis.finite_path import pressure_note
@@ -104,8 +106,6 @@ def _forecast(
     from fingerdesign.analysis.forecast.lift import lifts
     from fingerdesign.analysis.forecast.limits import too_large
 
-    if wrong := _mesh_fault(design):
-        return _faulty(path, DesignError([wrong], str(path)))
     scene = judged.value if judged is not None and scene_sound else None
     summary = summarise(design, scene)
     costs = forecasts(design, scene) if scene_sound else []

@@ -7,7 +7,7 @@ from itertools import chain
 
 from fingerdesign.records.statistics import Share, Spread
 from fingerdesign.records.verdict import Status, Verdict
-from fingerdesign.trials.record import ControlData
+from fingerdesign.trials.record import ControlData, ControllerData
 from fingerdesign.trials.summary import NoiseSummary
 
 HELD_SHARE = 0.99  # The regulator is to hold this fraction of the grid.
@@ -64,19 +64,27 @@ def _peak(spread: Spread | None) -> str:
     return f"median peak {spread.median:.2f} times the least force"
 
 
-def _median_peak(spread: Spread | None) -> float:
-    return math.inf if spread is None else spread.median
+def _gentlest(data: ControllerData) -> tuple[float, float]:
+    """The failures of a controller and its median peak force: the best has the least."""
+    whole = data["whole_grid"]
+    peak = math.inf if whole.peak_ratio is None else whole.peak_ratio.median
+    return 1.0 - rate_of(whole.success), peak
+
+
+def _ranked(data: ControlData) -> tuple[ControllerData, list[str], bool]:
+    """The best of the controllers that are given nothing of the object, or of all where there is
+    none; others that succeed as often, in words; and True where some are left out."""
+    every = data["controllers"]
+    blind = [each for each in every if not each["told"]]
+    best, *others = sorted(blind or every, key=_gentlest)
+    fails = _gentlest(best)[0]
+    alike = [words(each["controller"]) for each in others if _gentlest(each)[0] == fails]
+    return best, alike, 0 < len(blind) < len(every)
 
 
 def _best(data: ControlData) -> Finding:
-    """The best of the controllers that are given nothing of the object; of all, where there is
-    none."""
-    every = data["controllers"]
-    blind = [each for each in every if not each["told"]]
-    rated = [(rate_of(each["whole_grid"].success), each) for each in blind or every]
-    rate = max(own for own, _ in rated)
-    equals = [each for own, each in rated if own == rate]
-    best = min(equals, key=lambda each: _median_peak(each["whole_grid"].peak_ratio))
+    """The best controller, and those that are as good but for their force."""
+    best, alike, left_out = _ranked(data)
     all_, name = best["whole_grid"], words(best["controller"])
     given = f", which is given {best['told']}" if best["told"] else ""
     noises = ", ".join(map(str, data["conditions"]["noises_microstrain"]))
@@ -85,9 +93,9 @@ def _best(data: ControlData) -> Finding:
         f"{name}{given}: {success} of {all_.grips} grips at all noises ({noises} microstrain); "
         f"{all_.dropped} dropped, {all_.crushed} crushed, {all_.not_lifted} not lifted."
     )
-    if alike := [words(each["controller"]) for each in equals if each is not best]:
+    if alike:
         detail += f" As often, at a peak force that is no lower: {', '.join(alike)}."
-    if not best["told"] and len(blind) < len(every):
+    if left_out:
         detail += " Oracles, which are given friction and weight, are left out."
     tied = f", as of {len(alike)} more" if alike else ""
     verdict = Verdict("note", "best controller", name, count=f"{success} success{tied}")
