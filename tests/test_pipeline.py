@@ -68,6 +68,7 @@ def test_public_call_and_its_record():
     gage = last.gages[7]
     assert gage.membrane == pytest.approx(0.5 * (gage.upper + gage.lower))
     assert (result.model.dimension, result.grips) == (2, ())
+    assert (result.scene, analyse(design, "pull", "plane-strain").scene) == ("scene", "pull")
     again = analyse(design, SCENE, "plane-strain")
     assert again.digest == result.digest
     assert again.increments == result.increments

@@ -102,6 +102,7 @@ def test_a_class_is_found_by_worker_processes_and_its_file_counts(here):
 
 BROKEN = {
     "nowhere:Hand": ("", "run where its folder lies"),
+    "broken.py:Hand": ("class Hand: ...", "write broken:Hand, without .py"),
     "broken:Hand": ("raise OSError('no cable')", "correct it: OSError: no cable"),
     "broken:Hands": ("class Hand: ...", "did you mean broken:Hand?"),
     "broken:Arm": ("import not_there", "No module named 'not_there'"),

@@ -29,8 +29,8 @@ from fingerdesign_cli.options import Options
 # The columns of the table of grips; those without any value are left out.
 _HEADINGS = ("g", "μ", "ends", "F_n N", "margin", "stick", "pauses", "stick error", "slip warning")
 _LEGEND = (
-    "pauses: the hand waited, pressing; slip warning: time before complete slip, and warnings "
-    "without one; withdrawn: it ended before the slip"
+    "pauses: the hand waited, pressing; slip warning: time before complete slip; false: at a "
+    "stick ratio well above the threshold; withdrawn: the warning ended before the slip"
 )
 _ENDED = {"stage travel": "travel ends", "steps": "steps end"}
 

@@ -53,7 +53,8 @@ from fingerdesign.reduced import ReducedModel
 CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
 GRADATION = 0.4
 LAYERS, LAYERS_PER_MM, LAYER_GROWTH = 4, 0.6, 1.0  # The least number, in half the depth.
-STUDY_LAYERS = (3, 0.45, 1.3)  # The same of a study's variants.
+EVEN_LAYERS = LAYERS, LAYERS_PER_MM, LAYER_GROWTH
+STUDY_LAYERS = 3, 0.45, 1.3  # The same of a study's variants.
 MESHED = (CONTACT_SIZE_MM, GRADATION, LAYERS, LAYERS_PER_MM, LAYER_GROWTH)
 FIDELITIES = tuple(CONTACT_SIZE_MM)
 _ROOM = 1.2  # A hanging object drags the contact beyond the zone of a pure approach.
@@ -160,7 +161,7 @@ def meshed_for_grips(
     fidelity: str,
     contact_size_mm: float | None = None,
     fixed_keys: Collection[str] = (),
-    layered: tuple[int, float, float] = (LAYERS, LAYERS_PER_MM, LAYER_GROWTH),
+    layered: tuple[int, float, float] = EVEN_LAYERS,
 ) -> Design:
     """The design as grips use it: coarser, and swept in layers where it can be.
 

@@ -1,6 +1,7 @@
 """What ``check`` says of a lift beforehand, compared with what the model finds."""
 
 import json
+import re
 
 import pytest
 
@@ -125,6 +126,24 @@ def test_what_the_small_strains_do_not_bear_is_reported_with_a_remedy():
     short = with_values(soft_dome(100.0), {"grip.max_approach_mm": 0.4, "grip.preload_mm": 0.03})
     remedies = [words for lift in lifts(short) for words in lift.remedies]
     assert any("grip.max_approach_mm = 0.4" in words and "'auto'" in words for words in remedies)
+
+
+@pytest.mark.parametrize(
+    ("grams", "about", "pattern", "key"),
+    [
+        (1e5, "small strains", r"_g to ([\d.]+)", "grip.object_mass_g"),
+        (1e5, "small strains", r"MPa from [\d.]+ to ([\d.]+)", "body"),
+        (20.0, "nodes in 3d", r"mm to ([\d.]+)", "mesh.contact_size_mm"),
+    ],
+)
+def test_a_remedy_stands_once_and_ends_what_it_is_for(grams, about, pattern, key):
+    def stated(design):
+        return [each for lift in lifts(design) for each in lift.remedies if about in each]
+
+    design = with_values(load_design("film_tees"), {"grip.object_mass_g": grams})
+    key = f"materials.{design.body.material}.youngs_modulus_MPa" if key == "body" else key
+    (words,) = stated(design)
+    assert not stated(with_values(design, {key: float(re.search(pattern, words)[1])}))
 
 
 def test_check_tells_the_lifts(terminal, tmp_path):

@@ -61,6 +61,8 @@ def test_one_force_for_a_wide_range_of_friction_is_offered_with_its_price(result
         fixes = verdict_view(failing(result, 0.2, high)).fixes
         brings = next(each.brings for each in fixes if "fixed_force" in each.change)
         assert brings == f"lifts ✓{price}"
+        first = fixes[0].change.startswith("fingerdesign optimise")
+        assert first is bool(price)  # A fix that costs another verdict comes after the search.
 
 
 def test_one_force_holds_what_pulls_most_and_less_mass_is_no_fix_of_what_comes_later(result):

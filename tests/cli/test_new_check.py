@@ -26,6 +26,14 @@ def test_new_then_check(name, terminal):
     assert Path("sub/design.schema.json").is_file()
 
 
+def test_a_file_that_is_no_mesh_of_the_finger_is_a_fault(terminal):
+    Path("none.msh").write_text("none")
+    Path("own.toml").write_text('design.name = "own"\n[mesh]\nmesher = "file"\nfile = "none.msh"\n')
+    stated = terminal("check", "own.toml", code=2).err
+    assert "mesh.file = " in stated
+    assert "must be a mesh of this finger; meshio could not read" in " ".join(stated.split())
+
+
 def test_new_names_the_folder_and_the_schema_that_it_writes(terminal):
     (first, _) = terminal("new", "sub/a.toml").out.splitlines()
     assert "design.schema.json" in first

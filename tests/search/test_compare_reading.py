@@ -313,3 +313,14 @@ def test_what_an_analysis_lacks_is_worked_on_request(tmp_path, plain_result):
     found = read_comparison([study, mine], work=failing).outcomes[-1]
     assert "stick_error" not in found.metrics
     assert "No mesh." in found.warnings[-1]
+
+
+def test_every_damaged_result_of_a_folder_is_named(tmp_path):
+    for name, text in (("a", "{"), ("b", "[]")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "result.json").write_text(text)
+    with pytest.raises(DesignError) as caught:
+        read_comparison([tmp_path])
+    assert [each.key for each in caught.value.faults] == ["JSON", "JSON"]
+    assert "a/result.json" in str(caught.value)
+    assert "b/result.json" in str(caught.value)

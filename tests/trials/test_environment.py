@@ -257,6 +257,8 @@ def test_noise_is_in_the_gages_alone_and_what_cannot_be_is_refused(made):
     environment.reset(seed=0)
     with pytest.raises(ValueError, match="finite"):
         environment.step((float("nan"), 0.0))
+    with pytest.raises(ValueError, match="two numbers"):
+        environment.step([0.1])
 
 
 def test_hands_of_the_docs_lift(gymnasium, capsys):

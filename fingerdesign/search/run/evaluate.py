@@ -20,7 +20,7 @@ from fingerdesign.search.run import measured
 from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.metrics import METRICS_VERSION, ON_REQUEST, PLACEMENT, SPREAD
 from fingerdesign.search.study.values import Choice
-from fingerdesign.sensing.model import FIDELITIES, STUDY_LAYERS, meshed_for_grips
+from fingerdesign.sensing.model import EVEN_LAYERS, FIDELITIES, STUDY_LAYERS, meshed_for_grips
 from fingerdesign.validate.plane_strain import plane_strain_error
 from fingerdesign.version import versions
 
@@ -79,8 +79,8 @@ class Job:
             # Coarser contact in plane strain moves the peak ratio of maeno2000 by up to a fourth.
             size = 0.0 if self.fidelity == "plane-strain" else None
             coarser = self.part == "all" and design.gages.face == "both"
-            layers = {"layered": STUDY_LAYERS} if coarser else {}
-            design = meshed_for_grips(design, self.fidelity, size, self.study_keys, **layers)
+            layers = STUDY_LAYERS if coarser else EVEN_LAYERS
+            design = meshed_for_grips(design, self.fidelity, size, self.study_keys, layers)
         return Case(
             design,
             self.scene,
