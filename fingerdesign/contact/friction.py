@@ -6,7 +6,7 @@ solvers see bounds and their slopes alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -59,31 +59,36 @@ class Coulomb:
 
 @dataclass(frozen=True)
 class ByPressure:
-    """Bound A_i bound(N_i / A_i) of a law, areas A (k,) mm^2; equal where the law is."""
+    """Bound s_i A_i bound(N_i / A_i) of a law, areas A (k,) mm^2, shares s (k,), or 1 of all."""
 
     law: FrictionLaw
-    areas: Array = field(compare=False)
+    areas: Array
+    shares: Array | float = 1.0
 
     def bound(self, normal: Array, share: float = 1.0) -> Array:
-        whole = self.law.bound(normal, self.areas)
+        whole = self.shares * self.law.bound(normal, self.areas)
         return whole if share == 1.0 else share * whole
 
     def slope(self, normal: Array) -> Array:
-        return self.law.slope(normal, self.areas)
+        return np.asarray(self.shares * self.law.slope(normal, self.areas))
 
     def secant(self, normal: Array) -> Array:
         pressed = np.maximum(normal, 0.0)
         whole = self.bound(pressed)
         safe = np.where(pressed > 0.0, pressed, 1.0)
-        return np.where(pressed > 0.0, whole / safe, self.law.steepest)
+        return np.where(pressed > 0.0, whole / safe, self.shares * self.law.steepest)
 
     def at(self, nodes: IntArray | int) -> ByPressure:
-        return ByPressure(self.law, self.areas[nodes])
+        own = self.shares[nodes] if isinstance(self.shares, np.ndarray) else self.shares
+        return ByPressure(self.law, self.areas[nodes], own)
 
     def scaled(self, share: float) -> Friction:
-        return ByPressure(self.law.scaled(share), self.areas) if share else Coulomb(0.0)
+        return replace(self, law=self.law.scaled(share)) if share else Coulomb(0.0)
 
 
-def friction_at(law: FrictionLaw, areas: Array) -> Coulomb | ByPressure:
-    """Friction of a law at nodes of these areas (k,) mm^2."""
-    return Coulomb(law.coefficient) if law.is_coulomb else ByPressure(law, areas)
+def friction_at(
+    law: FrictionLaw, areas: Array, shares: Array | None = None
+) -> Coulomb | ByPressure:
+    """Friction of a law at nodes of these areas (k,) mm^2, times ``shares`` (k,) of its bound."""
+    own = 1.0 if shares is None else shares
+    return Coulomb(law.coefficient * own) if law.is_coulomb else ByPressure(law, areas, own)

@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import Increment, Workspace
 from fingerdesign.contact.laws import SLIP, lengths
 from fingerdesign.contact.problem import ContactProblem, ContactState
@@ -28,8 +28,8 @@ _STILL = 1e-9  # Relative to a node's displacement under its own force: a shorte
 class FrictionHistory:
     """The state after a path of increments: ``problem`` and ``state`` to solve the next one from.
 
-    last: the last accepted increment, in the problem's components; workspace: to solve with.
-    settled: whether the same motion once more would leave all forces as they are.
+    last: the last accepted increment; workspace: to solve with. settled: whether the same motion
+    once more would leave all forces as they are.
     """
 
     def __init__(self, problem: ContactProblem, kinetic_share: float = 1.0) -> None:
@@ -37,19 +37,20 @@ class FrictionHistory:
         one friction. Raises ValueError unless it is over 0 and at most 1."""
         if not 0.0 < kinetic_share <= 1.0:
             raise ValueError(f"a kinetic share of {kinetic_share} must be over 0 and at most 1")
-        self.problem = self._at_rest = problem
+        self.problem = problem
         self.state = ContactState.untouched(problem)
         self.last: Increment | None = None
         self.workspace = Workspace()
         self.settled = True
-        self._share, self._law = kinetic_share, problem.law
+        self._kinetic = kinetic_share
+        self._law, self._own_shares = problem.law, problem.friction_share  # at rest
         self._slid = np.zeros(problem.shape[0], dtype=bool)
 
     def accept(self, increment: Increment) -> None:
         """Go on from an increment that was solved from ``problem`` and ``state``."""
         self.workspace.record(self.state, increment.state)
-        before, self.state, self.last = self.state, increment.state, increment
-        if self._share == 1.0:
+        self.state, self.last = increment.state, increment
+        if self._kinetic == 1.0:
             return
         # Nodes that stay on their limit unmoved did not slide.
         least = _STILL * self.problem.self_compliance * increment.multiplier[:, 0]
@@ -57,32 +58,16 @@ class FrictionHistory:
         self.settled = not (slid & ~self._slid).any()
         if (slid == self._slid).all():
             return
-        scale = self._shares(slid) / self._shares(self._slid)
         self._slid = slid
-        self.problem = self._at_rest
-        if slid.any():
-            self.problem = self._at_rest.patchy(self._shares(slid))
-        self.state = _rescaled_state(increment.state, scale)
-        self.last = replace(
-            increment,
-            multiplier=self.state.multiplier,
-            slip_increment=scale[:, None] * increment.slip_increment,
-            state=self.state,
-        )
-        self.workspace = Workspace(self.workspace.follows)
-        self.workspace.record(_rescaled_state(before, scale), self.state)
+        at_rest = replace(self.problem, friction_share=self._own_shares)
+        self.problem = at_rest.patchy(np.where(slid, self._kinetic, 1.0)) if slid.any() else at_rest
 
     def displace(self, lag: Array) -> None:
-        """Solve the next increments on a surface displaced by ``lag`` (m, dim) mm, in the first
-        problem's components, instead of the body's own loads (contact/memory.py)."""
-        alike = self.problem is self._at_rest
-        self._at_rest = _displaced(self._at_rest, lag)
-        if alike:
-            self.problem = self._at_rest
-        else:
-            scale = np.ones(lag.shape)
-            scale[:, 1:] = self._shares(self._slid)[:, None]
-            self.problem = _displaced(self.problem, scale * lag)
+        """Solve the next increments on a surface displaced by ``lag`` (m, dim) mm, instead of the
+        body's own loads (contact/memory.py)."""
+        modes = self.problem.modes.copy()
+        modes[4] = lag
+        self.problem = replace(self.problem, modes=modes)
         if self.state.motion.load != 1.0:
             self.state = replace(self.state, motion=replace(self.state.motion, load=1.0))
 
@@ -90,33 +75,4 @@ class FrictionHistory:
         """Solve the next increments with ``factor`` > 0 times the friction of the first problem."""
         law = self._law if factor == 1.0 else self._law.scaled(factor)
         if law != self.problem.law:
-            self._at_rest = replace(self._at_rest, law=law)
             self.problem = replace(self.problem, law=law)
-
-    def at_rest(self, multiplier: Array) -> Array:
-        """Forces (m, dim) in the problem's components, in those of the first problem."""
-        own = multiplier.copy()
-        own[:, 1:] *= self._shares(self._slid)[:, None]
-        return own
-
-    def _shares(self, slid: BoolArray) -> Array:
-        return np.where(slid, self._share, 1.0)
-
-
-def _displaced(problem: ContactProblem, lag: Array) -> ContactProblem:
-    modes = problem.modes.copy()
-    modes[4] = lag
-    return replace(problem, modes=modes)
-
-
-def _rescaled_state(state: ContactState, scale: Array) -> ContactState:
-    """A state where nodes' shares of the friction coefficient are ``scale`` (m,) times as large."""
-    multiplier = state.multiplier.copy()
-    multiplier[:, 1:] /= scale[:, None]
-    return ContactState(
-        scale[:, None] * state.slip,
-        multiplier,
-        state.motion,
-        scale * state.travelled,
-        scale * state.sliding,
-    )

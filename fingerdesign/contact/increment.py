@@ -16,6 +16,7 @@ from fingerdesign.contact.solver.kernel import tracker_of
 from fingerdesign.contact.solver.newton import NewtonResult
 from fingerdesign.contact.solver.tracking import Tracker
 from fingerdesign.errors import SolverError
+from fingerdesign.shapes.friction import FrictionLaw
 
 # The bound of the laws' errors. Newton ends below 1e-10, so a pass is never a close call.
 ACCEPT = 1e-8
@@ -52,7 +53,7 @@ class Workspace:
     """Data of the last increment that speed up the next one: its inverse, its change.
 
     It saves time and changes no answer by more than rounding. Each path has its own: it holds the
-    last two states and a tracker, which is made again where compliance or friction differ.
+    last two states and a tracker, which is made again where the compliance differs.
     follows: start from the last increment (tracking.py), else from nothing.
     """
 
@@ -60,14 +61,18 @@ class Workspace:
         self.follows = follows
         self.inverse: ActiveInverse | None = None
         self._tracker: Tracker | None = None
+        self._law: FrictionLaw | None = None
+        self._shares: Array | None = None
         self._last: tuple[ContactState, ContactState] | None = None
 
     def tracker(self, problem: ContactProblem) -> Tracker:
         """Get the tracker of the increments on this compliance, at this friction."""
-        compliance, friction, tracker = problem.compliance, problem.friction, self._tracker
-        known = tracker is not None and tracker.compliance is compliance
-        if tracker is None or not known or tracker.friction != friction:
-            tracker = self._tracker = tracker_of(compliance, problem.self_compliance, friction)
+        compliance, tracker = problem.compliance, self._tracker
+        if tracker is None or tracker.compliance is not compliance:
+            tracker = tracker_of(compliance, problem.self_compliance, problem.friction)
+        elif not (self._law == problem.law and self._shares is problem.friction_share):
+            tracker.meet(problem.friction)
+        self._tracker, self._law, self._shares = tracker, problem.law, problem.friction_share
         return tracker
 
     def record(self, before: ContactState, after: ContactState) -> None:

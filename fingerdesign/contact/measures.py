@@ -60,8 +60,7 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     pressure = increment.multiplier[:, 0] / model.areas
     inner = ~model.free_end
     touching = increment.multiplier[:, 0] > 0.0
-    share = 1.0 if problem.friction_share is None else problem.friction_share
-    travelled = (increment.state.travelled / share)[touching]
+    travelled = increment.state.travelled[touching]
     opened, stuck, slipping = np.bincount(increment.status, minlength=3)
     force_z, twist_moment = _out_of_section(model, increment.force)
     return Measures(
@@ -121,11 +120,10 @@ def border_compliances(problem: ContactProblem) -> tuple[Array, Array]:
     40 facets on a half-width); in 3-D no factor served both.
     """
     own = problem.self_compliance
-    share = 1.0 if problem.friction_share is None else problem.friction_share
     if problem.model.dimension == 3:
-        return own, own * share**2
+        return own, own
     local = np.maximum(problem.own_compliance, 0.05 * own)
-    return 4.0 * local, 5.0 * local * share**2
+    return 4.0 * local, 5.0 * local
 
 
 def positive_fraction(values: Array) -> Array:

@@ -85,8 +85,8 @@ class ContactProblem:
 
     @cached_property
     def friction(self) -> Coulomb | ByPressure:
-        """The law at the nodes."""
-        return friction_at(self.law, self.model.areas)
+        """The law at the nodes, with their shares."""
+        return friction_at(self.law, self.model.areas, self.friction_share)
 
     def mean_friction(self, normal: Array) -> float:
         """Friction force at normal forces (m,) N over their sum; 0 without contact."""
@@ -197,23 +197,11 @@ class ContactProblem:
 
     def patchy(self, share: Array) -> ContactProblem:
         """The same with ``share`` (m,) > 0 times the friction bound at each node, or times
-        the share that it has already.
-
-        In the tangent plane, forces are counted over the share and slips times it: their product
-        is as before, the compliance stays symmetric, and one law bounds all of them.
-        """
+        the share that it has already."""
         if not (np.isfinite(share) & (share > 0.0)).all():
             raise ValueError("shares of the friction bound must be finite and > 0")
-        scale = np.ones(self.shape)
-        scale[:, 1:] = share[:, None]
-        flat = scale.ravel()
-        return replace(
-            self,
-            compliance=flat[:, None] * self.compliance * flat,
-            frames=self.frames * scale[:, :, None],
-            modes=self.modes * scale,
-            friction_share=share if self.friction_share is None else share * self.friction_share,
-        )
+        own = self.friction_share
+        return replace(self, friction_share=share if own is None else share * own)
 
 
 @dataclass(frozen=True)

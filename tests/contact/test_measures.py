@@ -15,10 +15,6 @@ def test_borders_take_what_a_node_yields_beyond_its_neighbours(strip):
     opened, slipped = border_compliances(strip)
     assert opened == pytest.approx(4.0 * strip.own_compliance)
     assert slipped == pytest.approx(1.25 * opened)
-    share = np.linspace(0.5, 1.0, len(opened))
-    of_patches = border_compliances(strip.patchy(share))
-    assert of_patches[0] == pytest.approx(opened)
-    assert of_patches[1] == pytest.approx(slipped * share**2)
 
 
 def test_borders_in_space_take_all_that_a_node_yields(patch):

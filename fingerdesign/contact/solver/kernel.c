@@ -93,11 +93,16 @@ static double length_of(const double *vector, int size)
 }
 
 /* Friction as in shapes/friction.py, laid out as in kernel.py: bounds of forces, areas (m,) mm^2; a
-   law without areas is Coulomb's. */
+   law without areas is Coulomb's. shares (m,) of the bound, NULL: 1 of all. */
 typedef struct {
     double coefficient, strength, cap, exponent, reference, steepest;
-    const double *areas;
+    const double *areas, *shares;
 } Law;
+
+static double share_of(const Law *law, int64_t node)
+{
+    return law->shares ? law->shares[node] : 1.0;
+}
 
 /* mu p0^n p^(1 - n) of a node, as a force. */
 static double rising(const Law *law, double area, double pressed)
@@ -110,25 +115,27 @@ static double rising(const Law *law, double area, double pressed)
 
 static double bound_of(const Law *law, int64_t node, double normal)
 {
+    double share = share_of(law, node);
     if (!law->areas)
-        return law->coefficient * normal;
+        return law->coefficient * share * normal;
     double area = law->areas[node];
     double free = law->strength * area + rising(law, area, fmax(normal, 0.0));
-    return fmin(fmin(law->steepest * normal, free), law->cap * area);
+    return share * fmin(fmin(law->steepest * normal, free), law->cap * area);
 }
 
 static double slope_of(const Law *law, int64_t node, double normal)
 {
+    double share = share_of(law, node);
     if (!law->areas)
-        return law->coefficient;
+        return law->coefficient * share;
     double area = law->areas[node], pressed = fmax(normal, 0.0), top = law->cap * area;
     double rise = rising(law, area, pressed), free = law->strength * area + rise;
     if (law->steepest * normal <= free && law->steepest * normal <= top)
-        return law->steepest;
-    return free < top ? (1.0 - law->exponent) * rise / pressed : 0.0;
+        return share * law->steepest;
+    return free < top ? share * (1.0 - law->exponent) * rise / pressed : 0.0;
 }
 
-/* One path's increments on one compliance and friction. Of m nodes: compliance, rho. Of the base's
+/* One path's increments on one compliance. Of m nodes: compliance, rho. Of the base's
    k nodes, size = k dim: the rest. */
 typedef struct {
     int m, dim, n;
@@ -175,7 +182,7 @@ void follower_free(Follower *f)
     free(f);
 }
 
-/* NULL where memory is short. ``compliance``, ``rho`` and the law's areas must outlive it. */
+/* NULL where memory is short. ``compliance``, ``rho``, the law's areas and shares must outlive it. */
 Follower *follower_new(int m, int dim, const Law *law, double length, const double *compliance,
                        const double *rho)
 {
@@ -206,6 +213,12 @@ Follower *follower_new(int m, int dim, const Law *law, double length, const doub
     f->inside = bytes, f->needed = bytes + n, f->status = bytes + 2 * n, f->kept = bytes + 3 * n;
     f->held = bytes + 4 * n, f->now = bytes + 5 * n;
     return f;
+}
+
+/* Another friction from here on; its areas and shares must outlive their use. */
+void follower_meet(Follower *f, const Law *law)
+{
+    f->law = *law, f->factored = 0;
 }
 
 /* The inverse (k dim, k dim) on ``nodes`` (k,): both must outlive their use; k = 0 for none. */
@@ -747,7 +760,7 @@ static int leave(const Judged *p, const Account *a)
         for (int b = 0; b < dim; b++)
             tried[b] = force[b] - motion[b] / own;
         double over = p->law.areas ? (1.0 + ON_LIMIT) * bound_of(&p->law, i, tried[0])
-                                   : p->law.coefficient * (1.0 + ON_LIMIT) * tried[0];
+                                   : p->law.coefficient * share_of(&p->law, i) * (1.0 + ON_LIMIT) * tried[0];
         int slides = length_of(tried + 1, dim - 1) > over;
         int status = tried[0] > 0.0 ? STICK + slides : OPEN;
         double moved = length_of(motion + 1, dim - 1);

@@ -35,6 +35,7 @@ _SIGNATURES = {
     "bind_blas": (None, _AT),
     "follower_new": (_AT, _INT, _INT, _AT, _REAL, _AT, _AT),
     "follower_free": (None, _AT),
+    "follower_meet": (None, _AT, _AT),
     "follower_base": (None, _AT, _INT, _AT, _AT),
     "follower_begin": (_INT, *6 * [_AT], _REAL, _INT, _INT, _REAL, *3 * [_AT]),
     "follower_go": (_INT, _AT, _INT),
@@ -79,17 +80,25 @@ class _Law(ctypes.Structure):
         *((name, _REAL) for name in ("coefficient", "strength", "cap", "exponent", "reference")),
         ("steepest", _REAL),
         ("areas", _AT),
+        ("shares", _AT),
     ]
 
 
-def _law_of(friction: Friction) -> tuple[_Law, Array | None]:
-    """The law, and the areas that must outlive it."""
+def _law_of(friction: Friction) -> tuple[_Law, tuple[Array | None, Array | None]]:
+    """The law, and the areas and shares that must outlive it."""
+    areas: Array | None = None
     if isinstance(friction, Coulomb):
-        return _Law(friction.coefficient, 0.0, np.inf, 0.0, 1.0, np.inf, None), None
-    assert isinstance(friction, ByPressure)
-    law, areas = friction.law, np.ascontiguousarray(friction.areas, dtype=np.float64)
-    own = law.coefficient, law.strength, law.cap, law.exponent, law.reference, law.steepest
-    return _Law(*own, address(areas)), areas
+        own, factor = (1.0, 0.0, np.inf, 0.0, 1.0, np.inf), friction.coefficient
+        if not isinstance(factor, np.ndarray):
+            own, factor = (factor, *own[1:]), 1.0
+    else:
+        assert isinstance(friction, ByPressure)
+        law, factor = friction.law, friction.shares
+        own = law.coefficient, law.strength, law.cap, law.exponent, law.reference, law.steepest
+        areas = np.ascontiguousarray(friction.areas, dtype=np.float64)
+    shares = np.ascontiguousarray(factor) if isinstance(factor, np.ndarray) else None
+    places = [None if each is None else address(each) for each in (areas, shares)]
+    return _Law(*own, *places), (areas, shares)
 
 
 class _Judged(ctypes.Structure):
@@ -114,7 +123,7 @@ class CompiledTracker(Tracker):
         super().__init__(compliance, self_compliance, friction)
         self._library = library
         m = len(self_compliance)
-        law, self._areas = _law_of(friction)
+        law, self._fields = _law_of(friction)
         self._follower = library.follower_new(
             *(m, len(compliance) // m, ctypes.addressof(law), self._length),
             *(address(compliance), address(self._rho)),
@@ -124,7 +133,12 @@ class CompiledTracker(Tracker):
         self._end = weakref.finalize(self, library.follower_free, self._follower)
         self._bound: WorkingSet | None = None
         self._problem: ContactProblem | None = None
-        self._about: tuple[_Judged, list[Array | None]]
+        self._about: tuple[_Judged, tuple[Array | None, ...]]
+
+    def meet(self, friction: Friction) -> None:
+        super().meet(friction)
+        law, self._fields = _law_of(friction)
+        self._library.follower_meet(self._follower, ctypes.addressof(law))
 
     def start(self, offset: Array, guess: Array) -> Answer | None:
         largest = float(guess[:, 0].max(initial=0.0))
@@ -209,14 +223,16 @@ class CompiledTracker(Tracker):
         """Address of what outcomes of a problem are made with."""
         last, model = self._problem, problem.model
         # A rubber's memory makes a problem a step, on the same finger in the same frames.
-        if last is None or last.model is not model or last.frames is not problem.frames:
+        alike = last is not None and last.model is model and last.frames is problem.frames
+        alike = alike and last.law == problem.law and last.friction_share is problem.friction_share
+        if not alike:
             own = problem.self_compliance
             sources = [own, problem.frames, model.reaction_readout, model.balanced, model.rim]
             kinds = [np.float64, np.float64, np.float64, np.bool_, np.bool_]
             arrays = [np.ascontiguousarray(*each) for each in zip(sources, kinds, strict=True)]
-            law, areas = _law_of(problem.friction)
+            law, fields = _law_of(problem.friction)
             judged = _Judged(*problem.shape, problem.typical_compliance, law, *map(address, arrays))
-            self._problem, self._about = problem, (judged, [*arrays, areas])
+            self._problem, self._about = problem, (judged, (*arrays, *fields))
         return ctypes.addressof(self._about[0])
 
     def _bind(self, base: WorkingSet | None) -> None:

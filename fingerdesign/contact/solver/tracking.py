@@ -105,7 +105,7 @@ class WorkingSet:
 
 
 class Tracker:
-    """Follows increments on one compliance and friction; each starts from the one known.
+    """Follows increments on one compliance; each starts from the one known.
 
     starts: an increment that cannot be followed starts from a guess (``start``); that pays where
     an iteration costs little more than its arithmetic.
@@ -123,6 +123,10 @@ class Tracker:
         self.base: WorkingSet | None = None
         self._system: System | None = None
         self.known: LastIncrement | None = None
+
+    def meet(self, friction: Friction) -> None:
+        """Follow the next increments at another friction; what is known holds as before."""
+        self.friction, self._system = friction, None
 
     def outcome(self, problem: ContactProblem, past: ContactState, found: Answer) -> Outcome:
         """Certify an answer from a state."""

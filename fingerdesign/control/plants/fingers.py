@@ -141,16 +141,14 @@ class _Finger:
     def slid(self, increment: Increment) -> float:
         """The shortest slip of those that touch and slide in an increment, mm; 0 if one sticks."""
         touching = increment.multiplier[:, 0] > 0.0
-        share = self.history.problem.friction_share
-        ways = increment.state.sliding / (1.0 if share is None else share)
-        return float(ways[touching].min()) if touching.any() else 0.0
+        return float(increment.state.sliding[touching].min()) if touching.any() else 0.0
 
     def passed(self) -> None:
         """A control step is over."""
         last = self.history.last
         self._moves += 1
         if self._memory is not None and last is not None:
-            self._memory.record(self.history.at_rest(last.multiplier))
+            self._memory.record(last.multiplier)
         self._displace()
 
     def _displace(self) -> None:

@@ -145,7 +145,7 @@ def played(
         increment = solve_increment(history.problem, history.state, motion, history.workspace)
         history.accept(increment)
         if remembered is not None:
-            remembered.record(history.at_rest(increment.multiplier))
+            remembered.record(increment.multiplier)
         force = problem.model.total_force(increment.force)
         readings = gage_readings(problem.model.gage_strain(increment.force), face)
         found.append(factor * np.array([-force[1], force[0], *readings]))
