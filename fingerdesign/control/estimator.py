@@ -299,8 +299,10 @@ def standardised(rows: Array, center: Array, scale: Array) -> Array:
     gages = gages_of(values.shape[1])
     for first in readings_at(gages):
         own = values[:, first : first + gages]
-        near = np.pad(np.nan_to_num(own), ((0, 0), (1, 1)))
-        own[:] = np.where(np.isnan(own), 0.5 * (near[:, :-2] + near[:, 2:]), own)
+        dead = np.isnan(own)
+        near = np.zeros((len(own), gages + 2))
+        near[:, 1:-1] = np.where(dead, 0.0, own)
+        own[dead] = 0.5 * (near[:, :-2] + near[:, 2:])[dead]
     return values
 
 
