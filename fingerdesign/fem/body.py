@@ -29,7 +29,7 @@ from fingerdesign.fem.answers import (
     store_answers,
     store_fields,
 )
-from fingerdesign.fem.factor import Condensation
+from fingerdesign.fem.mirror import Factors, factored
 from fingerdesign.fem.system import Body, System, assemble_system
 from fingerdesign.fem.trace import ContactTrace, contact_trace, owners
 
@@ -51,7 +51,7 @@ class CondensedBody:
     body: Body
     trace: ContactTrace
     dofs: int
-    factors: Callable[[], tuple[System, Condensation]]
+    factors: Callable[[], tuple[System, Factors]]
     compliance: Array
     readouts: tuple[Array, ...]
     between: Array
@@ -113,7 +113,7 @@ def condense_body(
     modulus = float(body.youngs_modulus[0]) if body.attached is None else 1.0  # sheets: their own
     key = _key(body, modulus, rows) if store else ""
     stored = load_answers(key, modulus) if store else None
-    factors: Callable[[], tuple[System, Condensation]]
+    factors: Callable[[], tuple[System, Factors]]
     if stored is None:
         answers, pair, timings = _answered(body, rows)
         dofs, factors = pair[0].dofs, lambda: pair
@@ -139,7 +139,7 @@ def condense_body(
 
 def _answered(
     body: Body, rows: Sequence[sp.csr_matrix]
-) -> tuple[Answers, tuple[System, Condensation], dict[str, float]]:
+) -> tuple[Answers, tuple[System, Factors], dict[str, float]]:
     """Compute the answers to ``rows`` (contact trace, readouts), with the factors and timings."""
     size = rows[0].shape[0]
     system, condensation, blocks, timings = condensed_rows(body, rows)
@@ -165,12 +165,12 @@ def _key(body: Body, modulus: float, rows: Sequence[sp.csr_matrix]) -> str:
 
 
 def _once(
-    make: Callable[[], tuple[System, Condensation]],
-) -> Callable[[], tuple[System, Condensation]]:
+    make: Callable[[], tuple[System, Factors]],
+) -> Callable[[], tuple[System, Factors]]:
     """Wrap ``make`` so that the first thread makes the pair and the others wait for it."""
     made, lock = cache(make), Lock()
 
-    def once() -> tuple[System, Condensation]:
+    def once() -> tuple[System, Factors]:
         with lock:
             return made()
 
@@ -206,7 +206,7 @@ def check_sound(body: Body) -> None:
 
 def condensed_rows(
     body: Body, rows: Sequence[sp.csr_matrix]
-) -> tuple[System, Condensation, list[Array], dict[str, float]]:
+) -> tuple[System, Factors, list[Array], dict[str, float]]:
     """Condense a body onto functionals (r, n dim) of its displacements and onto its supports.
 
     The first: the system, of its stiffness only the shape. The third: rows of R K^-1 R^T, one array
@@ -218,7 +218,7 @@ def condensed_rows(
     parts = [*(part @ system.lift for part in rows), system.support]
     bordering = sp.vstack(parts, format="csr")
     bordering.sort_indices()
-    condensation = Condensation(system.stiffness, bordering, system.pressures)
+    condensation = factored(system, bordering, body.mesh.points)
     ends = np.cumsum([part.shape[0] for part in parts])[:-1]
     blocks = np.split(condensation.matrix, ends)
     done = time.perf_counter()

@@ -41,10 +41,11 @@ from fingerdesign.mesh.types import Mesh
 
 @dataclass(frozen=True)
 class Pressures:
-    """nodes (pressures,): the corner of each; coupling (n dim, pressures): B; compliance
-    (pressures, pressures): upper triangle of M."""
+    """nodes, materials (pressures,): of each, the corner and the material's number; coupling
+    (n dim, pressures): B; compliance (pressures, pressures): upper triangle of M."""
 
     nodes: IntArray
+    materials: IntArray
     coupling: sp.csr_matrix
     compliance: sp.csr_matrix
 
@@ -60,7 +61,7 @@ def pressure_coupling(
     dimension = points.shape[1]
     corners = kind_of(cells).corners
     first, _ = lame_parameters(youngs_modulus, poissons_ratio)
-    numbers, nodes = pressure_nodes(cells[:, :corners], youngs_modulus, poissons_ratio)
+    numbers, nodes, materials = pressure_nodes(cells[:, :corners], youngs_modulus, poissons_ratio)
     count = len(nodes)
     coupling, mass = _blocks(points, cells)
     row = (cells[:, :, None, None] * dimension + np.arange(dimension)[:, None]).repeat(corners, 3)
@@ -72,19 +73,20 @@ def pressure_coupling(
     high = np.broadcast_to(numbers[:, None, :], mass.shape).ravel()
     upper = low <= high
     m = sp.coo_matrix((mass.ravel()[upper], (low[upper], high[upper])), shape=(count, count))
-    return Pressures(nodes, b, m.tocsr())
+    return Pressures(nodes, materials, b, m.tocsr())
 
 
 def pressure_nodes(
     corners: IntArray, youngs_modulus: Array, poissons_ratio: Array
-) -> tuple[IntArray, IntArray]:
-    """Pressure numbers (c, corners), one a material and corner node, and the node of each."""
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Pressure numbers (c, corners), one a material and corner node; the node and the material's
+    number of each."""
     pairs = np.column_stack([youngs_modulus, poissons_ratio])
     materials = np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1, 1)
     size = int(corners.max()) + 1
     keys = materials * size + corners
     used, numbers = np.unique(keys, return_inverse=True)
-    return numbers.reshape(corners.shape).astype(np.int64), used % size
+    return numbers.reshape(corners.shape).astype(np.int64), used % size, used // size
 
 
 def _blocks(points: Array, cells: IntArray) -> tuple[Array, Array]:
@@ -117,6 +119,8 @@ class System:
     (n dim, d): L; support (dim, d): sum of K q over held dofs, component by component; held (n dim,
     dim): how much of each node's load goes into the supports at once; pressures: how many
     eigenvalues of K are below zero; pressure_lift (pressures, d): the pressures, MPa, of q.
+    places (d, 2): the node of each dof and its kind, a component, or dim and on of pressures, by
+    their material; None of P1.
     """
 
     stiffness: sp.csr_matrix
@@ -125,6 +129,7 @@ class System:
     held: sp.csr_matrix
     pressures: int = 0
     pressure_lift: sp.csr_matrix | None = None
+    places: IntArray | None = None
 
     @property
     def dofs(self) -> int:
@@ -190,7 +195,8 @@ def assemble_system(body: Body) -> System:
         whole = (whole + attached).tocsr()
     system = held_system(whole, fixed, mesh.dimension)
     if every is not None:
-        system = replace(system, lift=every @ system.lift, held=every @ system.held)
+        lifted = every @ system.lift, every @ system.held
+        system = replace(system, lift=lifted[0], held=lifted[1], places=None)
     if not inside.any():
         return system
     part = pressure_coupling(
@@ -237,7 +243,9 @@ def held_system(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> Syste
     loose = int((stiffness.diagonal() == 0.0).sum())
     if loose:
         raise SolverError(f"{loose} displacements belong to no cell: drop the mesh's unused nodes")
-    return System(stiffness, lift, _stored(total[free], met[free]), sp.csr_matrix(marks))
+    places = np.column_stack([free // dimension, free % dimension])
+    support = _stored(total[free], met[free])
+    return System(stiffness, lift, support, sp.csr_matrix(marks), places=places)
 
 
 def _places(matrix: sp.csr_matrix) -> sp.csr_matrix:
@@ -283,7 +291,11 @@ def with_pressures(system: System, part: Pressures, ratio: float, zeros: bool = 
         (np.full(count, scale), (np.arange(count), place[before:])), shape=(count, len(place))
     )
     lifts = lift[:, back].tocsr(), support[:, back].tocsr(), system.held
-    return System(stiffness, *lifts, count, own)
+    places = None
+    if system.places is not None:
+        pressing = np.column_stack([part.nodes, system.held.shape[1] + part.materials])
+        places = np.vstack([system.places, pressing])[back]
+    return System(stiffness, *lifts, count, own, places)
 
 
 def _upper(

@@ -202,6 +202,7 @@ class Counts:
     mesher     "netgen" (a section), or the design's
     elements   triangles or tetrahedra; half: of half of the finger, z >= 0
     dofs       equations of the element used; retained: rows that they are condensed onto
+    parts      2: the model is a whole finger that mirrors, condensed by halves (fem/mirror.py)
     mesh_kept  the mesh exists already (in the cache, or in a file): these are its own numbers
     """
 
@@ -215,6 +216,7 @@ class Counts:
     layers: int = 0
     half: bool = False
     mesh_kept: bool = False
+    parts: int = 1
 
 
 def count_model(case: Case, zone: Zone) -> Counts:
@@ -280,6 +282,7 @@ def _extruded(case: Case, zone: Zone) -> Counts:
         contact_nodes=(plan.contact_edges + 1.0) * planes,
         layers=layers,
         half=case.symmetric,
+        parts=2 if mirrored and element_of(design) != "P1" else 1,
     )
 
 

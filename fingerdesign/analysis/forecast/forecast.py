@@ -121,9 +121,9 @@ def operations(counts: Counts) -> float:
         a, b, c = _FLAT
         return float(math.exp(a) * counts.dofs**b * max(counts.retained, 1.0) ** c)
     if counts.layers:
-        a, b, c = _SWEPT
-        layers = counts.layers + 0.5
-        return float(math.exp(a) * (counts.dofs / layers) ** b * layers**c)
+        (a, b, c), parts = _SWEPT, counts.parts
+        layers = counts.layers / parts + 0.5
+        return float(parts * math.exp(a) * (counts.dofs / parts / layers) ** b * layers**c)
     a, b = _TETRAHEDRA
     return float(math.exp(a) * counts.dofs**b * (1.0 if counts.half else _WHOLE))
 
@@ -131,7 +131,8 @@ def operations(counts: Counts) -> float:
 def peak_memory_MB(counts: Counts) -> float:
     """The process's greatest resident memory, or that of one it starts."""
     (a, b, c), (per_dof, share) = _FACTORS[counts.dimension], _OF_PROCESS[counts.dimension]
-    factors = 1e-3 * math.exp(a) * counts.dofs**b * operations(counts) ** c
+    work, parts = operations(counts), counts.parts
+    factors = 1e-3 * parts * math.exp(a) * (counts.dofs / parts) ** b * (work / parts) ** c
     own = _BASE_MB + per_dof * counts.dofs + share * factors
     if counts.dimension == 2 or counts.layers:  # no other process meshes
         return float(own)

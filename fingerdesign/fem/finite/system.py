@@ -107,7 +107,9 @@ def finite_system(body: Body) -> FiniteSystem:
     numbers, nodes = np.empty((0, 0), dtype=np.int64), np.empty(0, dtype=np.int64)
     if own.any():
         corners = body.mesh.corners[own]
-        numbers, nodes = pressure_nodes(corners, body.youngs_modulus[own], body.poissons_ratio[own])
+        numbers, nodes, _ = pressure_nodes(
+            corners, body.youngs_modulus[own], body.poissons_ratio[own]
+        )
     scale = _pressure_scale(body, own, numbers)
     groups = _groups(body, own, numbers, scale)
     size = body.mesh.points.size
