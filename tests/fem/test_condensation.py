@@ -395,7 +395,7 @@ def test_fields_of_stored_loads_and_of_their_combinations_need_no_factors(
         mixed = again.displacement_fields(forces[:1] - 2.0 * forces[1:2])
         np.testing.assert_allclose(mixed, known[:1] - 2.0 * known[1:2], atol=3.0 * scale)
     near = forces[:1] + 1e-9 * forces[2:]  # not made up of the stored ones
-    calls = calls_of(body.Condensation, "solve")
+    calls = calls_of(Condensation, "solve")
     for _ in range(2):
         found = again.displacement_fields(near)
         np.testing.assert_allclose(found, known[:1] + 1e-9 * known[2:], atol=scale)

@@ -223,9 +223,13 @@ class CompiledTracker(Tracker):
         """Address of what outcomes of a problem are made with."""
         last, model = self._problem, problem.model
         # A rubber's memory makes a problem a step, on the same finger in the same frames.
-        alike = last is not None and last.model is model and last.frames is problem.frames
-        alike = alike and last.law == problem.law and last.friction_share is problem.friction_share
-        if not alike:
+        if (
+            last is None
+            or last.model is not model
+            or last.frames is not problem.frames
+            or last.law != problem.law
+            or last.friction_share is not problem.friction_share
+        ):
             own = problem.self_compliance
             sources = [own, problem.frames, model.reaction_readout, model.balanced, model.rim]
             kinds = [np.float64, np.float64, np.float64, np.bool_, np.bool_]
