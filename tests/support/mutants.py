@@ -303,10 +303,10 @@ fingerdesign/contact/outcome.py | tests/contact/test_history.py
 - _ON_LIMIT = 1e-9
 + _ON_LIMIT = 1e-3
 
-history: travelled slip is not rescaled
+history: the kinetic share is taken of what slid before as well
 fingerdesign/contact/history.py | tests/contact/test_history.py
-- scale * state.travelled,
-+ state.travelled,
+- at_rest = replace(self.problem, friction_share=self._own_shares)
++ at_rest = self.problem
 
 statistics: clusters count for more than they are worth
 fingerdesign/records/statistics.py | tests/trials/test_control_page.py
@@ -335,7 +335,7 @@ fingerdesign/contact/measures.py | tests/contact benchmarks/tests/test_known.py
 
 friction by pressure: nothing is carried before the first touch
 fingerdesign/contact/friction.py | tests/contact
-- return np.where(pressed > 0.0, whole / safe, self.law.steepest)
+- return np.where(pressed > 0.0, whole / safe, self.shares * self.law.steepest)
 + return np.where(pressed > 0.0, whole / safe, 0.0)
 
 history: nodes that begin to slide leave the contact settled

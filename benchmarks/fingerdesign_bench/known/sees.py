@@ -58,9 +58,9 @@ def _stiffer(own: Any) -> Any:
 
 
 def _rougher(own: Any) -> Any:
-    def changed(law: Any, areas: Any) -> Any:
+    def changed(law: Any, *others: Any) -> Any:
         steeper = {"coefficient": 1.01 * law.coefficient} if law.is_coulomb else {}
-        return own(replace(law, **steeper), areas)
+        return own(replace(law, **steeper), *others)
 
     return changed
 
