@@ -1,10 +1,12 @@
 """Friction that is larger at rest than in motion, from increment to increment."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from fingerdesign.contact.history import FrictionHistory
-from fingerdesign.contact.increment import ACCEPT, solve_increment
+from fingerdesign.contact.increment import ACCEPT, TRACKED, solve_increment
 from fingerdesign.contact.laws import OPEN, SLIP, STICK
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -191,3 +193,15 @@ def test_shares_out_of_bounds_are_refused(strip):
     for share in (0.0, 1.1, np.nan):
         with pytest.raises(ValueError, match="over 0 and at most 1"):
             FrictionHistory(strip, share)
+
+
+@pytest.mark.parametrize("name", ["strip", "patch"])
+def test_nodes_that_change_their_friction_are_followed_on(name, request):
+    """The compliance is the same, so neither its inverse nor the last increment is lost."""
+    problem = request.getfixturevalue(name)
+    found, _ = path_of(problem, 0.85, SHEARED)
+    shares = [now.friction_share for now, _ in found]
+    changes = [one is not two for one, two in pairwise(shares)]
+    assert sum(changes) > 5
+    assert all(now.compliance is problem.compliance for now, _ in found)
+    assert {increment.method for _, increment in found[2:]} == {TRACKED}

@@ -6,21 +6,29 @@ import pytest
 from fingerdesign.contact.laws import OPEN, SLIP, STICK
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import Motion
+from fingerdesign.shapes.friction import FrictionLaw
 from tests.support.reduced import followed
 
 PATH = [Motion(0.02, 0.0), Motion(0.02, 0.004), Motion(0.02, 0.008), Motion(0.02, 0.03)]
 
 
+LAWS = [0.5, FrictionLaw(0.2, strength=0.1, cap=0.5), FrictionLaw(0.4, exponent=0.3)]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=str)
+@pytest.mark.parametrize("compiled", [True, False])
 @pytest.mark.parametrize("name", ["strip", "patch"])
-def test_each_node_keeps_to_its_own_friction(name, request):
-    problem = request.getfixturevalue(name)
+def test_each_node_keeps_to_its_own_friction(name, compiled, law, request):
+    if not compiled:
+        request.getfixturevalue("numpy_alone")
+    problem = request.getfixturevalue(name).with_friction(law)
     share = np.random.default_rng(2).uniform(0.8, 1.2, problem.shape[0])
     statuses = set()
     for increment in followed(problem.patchy(share), PATH):
         normal = np.einsum("ma,ma->m", increment.force, problem.frames[:, 0])
         tangential = np.einsum("ma,mka->mk", increment.force, problem.frames[:, 1:])
         size = np.linalg.norm(tangential, axis=1)
-        bound = problem.friction_coefficient * share * normal
+        bound = share * problem.law.bound(normal, problem.model.areas)
         assert (size <= bound + 1e-9 * normal.max()).all()
         sliding = increment.status == SLIP
         np.testing.assert_allclose(size[sliding], bound[sliding], atol=1e-9 * normal.max())
