@@ -123,7 +123,7 @@ class _Finger:
         """All forces are ``left`` times those of the problem, from here on.
 
         Friction p^-n is then left^-n times as large at the same motions. It changes in small steps,
-        for each change costs a start from nothing.
+        for each change costs new factors.
         """
         if exponent := self.history.problem.law.exponent:
             self.history.strengthen(

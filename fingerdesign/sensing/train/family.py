@@ -33,7 +33,7 @@ from fingerdesign.sensing.train.policy import policy_grips
 from fingerdesign.sensing.train.samples import finger_curves
 
 # One in so many fingers holds objects that turn, where the rig measures torque: whole, it takes
-# five times the work of half a finger.
+# twice the work of half a finger.
 TURNING = 6
 _HOME = Path(__file__).parents[2]
 _CARRIES_N = 1.0  # F_t for the springs of an object that turns, which hardly count.
