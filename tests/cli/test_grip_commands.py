@@ -59,6 +59,8 @@ def test_an_estimator_taught_on_another_is_refused(folder, tmp_path, estimator, 
     solid = ["grip", own, "--controller", "regulator", "--fidelity", "3d"]
     refused = terminal(*solid, *given, code=2).err
     assert "in plane-strain: must be one trained in 3d" in refused
+    unknown = terminal("grip", own, "--estimator", "maeno2000", "--out", out, code=2).err
+    assert "or a design with one: film_tees, sensitive" in " ".join(unknown.split())
     assert not out.exists()
 
 
@@ -72,7 +74,8 @@ def test_an_estimator_is_exported(folder, tmp_path, estimator, terminal):
         f"5 gages, {weights} weights" in terminal("export", "--to", "c", *given, tmp_path / "c").out
     )
     loud = [*given[:3], 900.0, "--out", tmp_path / "loud"]
-    assert "trained for a noise of up to" in terminal("export", "--to", "c", *loud).err
+    warned = terminal("export", "--to", "c", *loud).err
+    assert "warning: the estimator was trained for a noise of up to 10 microstrain" in warned
     written = {file.name: file.read_text() for file in (tmp_path / "c/coarse").iterdir()}
     assert written == c_files(louder, design.grip)
 

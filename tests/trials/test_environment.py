@@ -13,6 +13,7 @@ from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.trials import environment as module
 from fingerdesign.trials.environment import STEP_COST, GripEnvironment
 from tests.support.pages import blocks, run_python
+from tests.support.session import never_called
 
 
 def test_without_gymnasium_the_install_command_is_printed(not_installed, design, half_plane):
@@ -93,6 +94,16 @@ def test_estimates_are_the_estimators_of_samples_and_the_moves_that_they_answer(
     sheared, closed = 0.1 * own._grip.shear_step_mm, 0.5 * own._bounds.approach_step
     assert history[-1] == pytest.approx((sheared, closed))
     assert sum(dy for _, dy in history[:-1]) == pytest.approx(own._bounds.preload)
+
+
+def test_a_training_is_announced_before_it_begins(made):
+    """It takes half an hour, and a notebook shows nothing meanwhile."""
+    with (
+        pytest.warns(UserWarning, match="no estimator ships for half-plane in plane-strain: it is"),
+        pytest.raises(pytest.fail.Exception, match="work was begun"),
+        never_called(module, "estimator_of"),
+    ):
+        made(estimates=True)
 
 
 def test_an_estimator_of_another_finger_is_refused(made):
