@@ -104,7 +104,7 @@ def estimator_for(
     try:
         estimator = estimator or GripEstimator.from_json(whole_text(path))
     except (OSError, UnicodeDecodeError, EstimatorError) as error:
-        bound = f"an estimator's JSON file, or a design with one: {', '.join(sorted(estimator_texts()))}"
+        bound = f"an estimator's JSON file, or a design with one: {', '.join(estimator_texts())}"
         fault = Fault("--estimator", str(path), bound, why_unread(error))
         raise DesignError([fault]) from error
     if faults := estimator_faults(design, estimator, fidelity):

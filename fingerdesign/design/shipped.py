@@ -24,9 +24,10 @@ def _folder(kind: str) -> Traversable:
 
 @lru_cache(maxsize=1)
 def estimator_texts() -> dict[str, str]:
-    """Texts of the estimators that ship with designs, by the design's name."""
+    """Texts of the estimators that ship with designs, by the design's name, in order."""
     files = [each for each in _folder("design").iterdir() if each.name.endswith(ESTIMATOR_SUFFIX)]
-    return {each.name.removesuffix(ESTIMATOR_SUFFIX): each.read_text("utf-8") for each in files}
+    texts = {each.name.removesuffix(ESTIMATOR_SUFFIX): each.read_text("utf-8") for each in files}
+    return dict(sorted(texts.items()))
 
 
 def shipped_names(kind: str = "design") -> tuple[str, ...]:
