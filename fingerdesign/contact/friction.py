@@ -34,7 +34,7 @@ class Friction(Protocol):
         """The same with ``share`` (0 to 1) times the bounds, but for their first touch."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Coulomb:
     """Bound mu N; ``coefficient``: one number, or one a node (k,)."""
 
@@ -57,7 +57,7 @@ class Coulomb:
         return Coulomb(share * self.coefficient)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ByPressure:
     """Bound s_i A_i bound(N_i / A_i) of a law, areas A (k,) mm^2, shares s (k,), or 1 of all."""
 

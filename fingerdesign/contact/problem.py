@@ -90,7 +90,7 @@ class ContactProblem:
 
     def mean_friction(self, normal: Array) -> float:
         """Friction force at normal forces (m,) N over their sum; 0 without contact."""
-        if self.law.is_coulomb:
+        if self.law.is_coulomb and self.friction_share is None:
             return self.law.coefficient
         pressed = np.maximum(normal, 0.0)
         return float(self.friction.bound(pressed).sum() / max(pressed.sum(), 1e-300))
@@ -200,8 +200,8 @@ class ContactProblem:
         the share that it has already."""
         if not (np.isfinite(share) & (share > 0.0)).all():
             raise ValueError("shares of the friction bound must be finite and > 0")
-        own = self.friction_share
-        return replace(self, friction_share=share if own is None else share * own)
+        own = 1.0 if self.friction_share is None else self.friction_share
+        return replace(self, friction_share=np.asarray(share * own, dtype=np.float64))
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from fingerdesign.fem.system import System
 _SAME = 1e-9  # mm: places that are one
 _ALIKE = 1e-9  # Relative: values that differ by less are those of mirror images.
 _ALONG_Z = 2
+_WORTH = 10_000  # Fewer unknowns are condensed faster as they are.
 
 
 @dataclass(frozen=True)
@@ -92,14 +93,15 @@ class MirroredCondensation:
     """A :class:`Condensation` of a body that mirrors, by halves: the same ``matrix``,
     ``operations``, ``solve`` and ``fields``."""
 
-    def __init__(self, system: System, rows: sp.csr_matrix, mirror: Mirror) -> None:
-        """rows (r, d) and errors: as of a Condensation."""
+    def __init__(
+        self, system: System, rows: sp.csr_matrix, mirror: Mirror, borders: tuple[Half, Half]
+    ) -> None:
+        """rows (r, d) and errors: as of a Condensation. borders: halves of the rows, none empty."""
         assert system.places is not None
         pressed = system.places[:, 1] >= system.held.shape[1]
         self.matrix, self.operations = np.zeros((rows.shape[0], rows.shape[0])), 0.0
         self._parts = []
-        both = zip(mirror.halves(), _mirror_of_rows(rows, mirror).halves(), strict=True)
-        for half, border in both:
+        for half, border in zip(mirror.halves(), borders, strict=True):
             stiffness = _folded(system.stiffness, half, half, upper=True)
             stiffness.sort_indices()
             bordering = _folded(rows, border, half)
@@ -133,10 +135,12 @@ Factors = Condensation | MirroredCondensation
 def factored(system: System, rows: sp.csr_matrix, points: Array) -> Factors:
     """Condense a system on a mesh's points (n, dim) onto functionals (r, d): by halves where it
     mirrors in z = 0."""
-    mirror = mirror_of(system, points)
-    if mirror is None:
-        return Condensation(system.stiffness, rows, system.pressures)
-    return MirroredCondensation(system, rows, mirror)
+    mirror = mirror_of(system, points) if system.dofs >= _WORTH else None
+    if mirror is not None:
+        borders = _mirror_of_rows(rows, mirror).halves()
+        if all(each.size for each in borders):
+            return MirroredCondensation(system, rows, mirror, borders)
+    return Condensation(system.stiffness, rows, system.pressures)
 
 
 def mirror_of(system: System, points: Array) -> Mirror | None:
@@ -161,13 +165,17 @@ def mirror_of(system: System, points: Array) -> Mirror | None:
     if (keys[partner] != sought).any():
         return None
     mirror = Mirror(partner, np.where(kind == _ALONG_Z, -1.0, 1.0))
-    field, upper = np.random.default_rng(0).standard_normal(len(keys)), system.stiffness
-    force, other = (
-        upper @ each + upper.T @ each - upper.diagonal() * each
-        for each in (field, mirror.image(field))
-    )
-    off = np.abs(mirror.image(force) - other).max()
-    return mirror if off <= _ALIKE * np.abs(force).max() else None
+    field = np.random.default_rng(0).standard_normal(len(keys))
+    force, other = (_product(system.stiffness, each) for each in (field, mirror.image(field)))
+    # Row by row: what is soft may differ where a stiff part hides it in the whole.
+    sizes = _product(abs(system.stiffness), np.abs(mirror.image(field)))
+    alike = np.abs(mirror.image(force) - other) <= _ALIKE * sizes
+    return mirror if alike.all() else None
+
+
+def _product(upper: sp.csr_matrix, values: Array) -> Array:
+    """A symmetric matrix, given by its upper triangle, times values (n,)."""
+    return np.asarray(upper @ values + upper.T @ values - upper.diagonal() * values)
 
 
 def _mirror_of_rows(rows: sp.csr_matrix, mirror: Mirror) -> Mirror:

@@ -66,6 +66,17 @@ def test_the_same_share_everywhere_is_another_coefficient(name, request):
         assert first.slip_distance == pytest.approx(second.slip_distance, rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.parametrize("kind", [int, np.float32])
+def test_shares_of_any_kind_of_number_are_the_same(strip, kind):
+    problem = strip.with_friction(LAWS[1])
+    given = np.ones(strip.shape[0], dtype=kind)
+    one, two = (list(followed(each, PATH)) for each in (problem.patchy(given), problem))
+    np.testing.assert_allclose(one[-1].force, two[-1].force, atol=1e-12)
+    half = problem.patchy(0.5 * given), strip.patchy(0.5 * given)
+    assert half[1].mean_friction(np.ones(len(given))) == pytest.approx(0.25)
+    assert half[0].mean_friction(np.ones(len(given))) < problem.mean_friction(np.ones(len(given)))
+
+
 def test_shares_are_positive_and_multiply(strip):
     share = np.random.default_rng(2).uniform(0.8, 1.2, strip.shape[0])
     for given in (0.0 * share, np.nan * share):

@@ -5,7 +5,8 @@ from dataclasses import fields, replace
 import pytest
 
 from fingerdesign import parse_design, with_values
-from fingerdesign.sensing.model import meshed_for_grips
+from fingerdesign.sensing.model import EVEN_LAYERS, layers_for_many, meshed_for_grips
+from fingerdesign.sensing.train import family
 from fingerdesign.sensing.train.paths import Settings
 from fingerdesign.sensing.train.result import settings_of, training_key
 from tests.sensing.conftest import FINGER
@@ -72,3 +73,14 @@ def test_grips_are_meshed_coarsely_and_no_finer_than_the_file_asks():
     coarse = {"mesh.contact_size_mm": 0.6, "mesh.layers": 2, "mesh.section.gradation": 0.5}
     assert meshed(coarse)[:3] == (2, 0.6, 0.5)
     assert meshed({"body.depth_mm": 22.0})[0] == 7  # 0.6 in a mm of half the depth
+
+
+def test_where_many_fingers_are_condensed_three_layers_are_enough_for_both_faces(calls_of):
+    both = with_values(DESIGN, {"gages.face": "both"})
+    one = with_values(DESIGN, {"gages.face": "upper"})
+    assert layers_for_many(both) == (3, 0.45, 1.3)
+    assert layers_for_many(one) == EVEN_LAYERS
+    made = calls_of(family, "BenchFinger")
+    settings = replace(settings_of(both), grips=2, fingers=2)
+    assert family._made(family.Family(both, settings, "3d", "key"), 1, None)
+    assert [each.layered for _, each in made] == [(3, 0.45, 1.3)]

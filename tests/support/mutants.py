@@ -320,8 +320,8 @@ fingerdesign/contact/problem.py | tests/contact tests/fem
 
 contact: patches of friction forget those that were there
 fingerdesign/contact/problem.py | tests/contact tests/trials
-- return replace(self, friction_share=share if own is None else share * own)
-+ return replace(self, friction_share=share)
+- return replace(self, friction_share=np.asarray(share * own, dtype=np.float64))
++ return replace(self, friction_share=np.asarray(share, dtype=np.float64))
 
 measure: the border of stick with the compliance of the border of contact
 fingerdesign/contact/measures.py | tests/contact benchmarks/tests/test_known.py

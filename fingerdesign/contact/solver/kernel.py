@@ -96,7 +96,9 @@ def _law_of(friction: Friction) -> tuple[_Law, tuple[Array | None, Array | None]
         law, factor = friction.law, friction.shares
         own = law.coefficient, law.strength, law.cap, law.exponent, law.reference, law.steepest
         areas = np.ascontiguousarray(friction.areas, dtype=np.float64)
-    shares = np.ascontiguousarray(factor) if isinstance(factor, np.ndarray) else None
+    shares: Array | None = None
+    if isinstance(factor, np.ndarray):
+        shares = np.ascontiguousarray(factor, dtype=np.float64)
     places = [None if each is None else address(each) for each in (areas, shares)]
     return _Law(*own, *places), (areas, shares)
 

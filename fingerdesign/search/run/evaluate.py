@@ -20,7 +20,7 @@ from fingerdesign.search.run import measured
 from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.metrics import METRICS_VERSION, ON_REQUEST, PLACEMENT, SPREAD
 from fingerdesign.search.study.values import Choice
-from fingerdesign.sensing.model import EVEN_LAYERS, FIDELITIES, STUDY_LAYERS, meshed_for_grips
+from fingerdesign.sensing.model import EVEN_LAYERS, FIDELITIES, layers_for_many, meshed_for_grips
 from fingerdesign.validate.plane_strain import plane_strain_error
 from fingerdesign.version import versions
 
@@ -78,8 +78,7 @@ class Job:
         if self.fidelity in FIDELITIES:
             # Coarser contact in plane strain moves the peak ratio of maeno2000 by up to a fourth.
             size = 0.0 if self.fidelity == "plane-strain" else None
-            coarser = self.part == "all" and design.gages.face == "both"
-            layers = STUDY_LAYERS if coarser else EVEN_LAYERS
+            layers = layers_for_many(design) if self.part == "all" else EVEN_LAYERS
             design = meshed_for_grips(design, self.fidelity, size, self.study_keys, layers)
         return Case(
             design,

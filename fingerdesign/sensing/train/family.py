@@ -24,7 +24,7 @@ from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign.runtime.streams import seed_for
 from fingerdesign.runtime.threads import one_thread
-from fingerdesign.sensing.model import BenchFinger
+from fingerdesign.sensing.model import BenchFinger, layers_for_many
 from fingerdesign.sensing.perturb.faults import OF_OBJECTS
 from fingerdesign.sensing.perturb.finger import PerturbedFinger, facing, perturb, training_faults
 from fingerdesign.sensing.train.estimator import BANDS, train_estimator
@@ -137,7 +137,8 @@ def _made(family: Family, number: int, policy: GripEstimator | None) -> list[Ran
         alike = {"exponent"} if turns or (k + number) % _FALLING else set()
         drawn.append(perturb(finger, kinds - smooth - alike, each))
     objects = tuple(each.object for each in drawn)
-    bench = BenchFinger(finger, objects, family.fidelity).model()[1]
+    layers = layers_for_many(design)
+    bench = BenchFinger(finger, objects, family.fidelity, layered=layers).model()[1]
     own = 0 if policy is None else count // 2
 
     def problems(objects: Sequence[PerturbedFinger]) -> Iterator[ContactProblem]:

@@ -31,6 +31,7 @@ from fingerdesign.sensing.model import (
     FIDELITIES,
     MESHED,
     grip_problem,
+    layers_for_many,
     meshed_for_grips,
 )
 from fingerdesign.sensing.train.estimator import TrainingResult, train_estimator
@@ -150,6 +151,8 @@ def settings_of(design: Design) -> Settings:
 def training_key(design: Design, settings: Settings, fidelity: str = "plane-strain") -> str:
     """SHA-256 of all that a training depends on: the finger, its amount, this version."""
     content = [TRAINING, __version__, finger_key(design, fidelity), asdict(settings)]
+    if fidelity == "3d":
+        content.append(layers_for_many(design))
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
