@@ -20,6 +20,7 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.shipped import load_scene
 from fingerdesign.errors import DesignError
 from fingerdesign.fem.factor import has_pardiso
+from fingerdesign.fem.mirror import MirroredCondensation
 from fingerdesign.layout.rows import mirrors_in_z
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mesh.cache import mesh_key, store_mesh
@@ -160,6 +161,17 @@ def test_dofs_and_contact_nodes_are_predicted(design, fidelity):
     if not has_pardiso():  # SuperLU's order is another, and so is its count
         low, high = 0.3, 3.0
     assert low < reported.operations / model.condensed.factors()[1].operations < high
+
+
+def test_a_whole_finger_that_mirrors_is_predicted_by_its_halves():
+    coarser = COARSE | {"mesh.layers": 2, "mesh.far_size_mm": 4.0}
+    case = Case(shipped("homogeneous", coarser), load_scene("twist"), "3d")
+    reported = forecast_case(case, MACHINE)
+    zone = zone_of(case, case.path_scene)
+    model = condense(case.design, make_mesh(case.design, "3d", zone, False), zone, case.path_scene)
+    factors = model.condensed.factors()[1]
+    assert isinstance(factors, MirroredCondensation)
+    assert 0.5 < reported.operations / factors.operations < 2.0
 
 
 @pytest.mark.parametrize("seed", MADE)
