@@ -31,10 +31,11 @@ learns from fingers of four layers by 0.116 and 0.147.
 
 import math
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
+from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.path import object_at_touch, touch_point
 from fingerdesign.analysis.stages import condense, make_mesh
@@ -52,6 +53,7 @@ from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.plates import extruded_sizes
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
+from fingerdesign.runtime.machine import this_machine
 
 CONTACT_SIZE_MM = {"plane-strain": 0.1, "3d": 0.4}
 GRADATION = 0.4
@@ -193,6 +195,14 @@ def meshed_for_grips(
 def layers_for_many(design: Design) -> tuple[int, float, float]:
     """Layers that are enough where many fingers like this one are condensed."""
     return FEWER_LAYERS if design.gages.face == "both" else EVEN_LAYERS
+
+
+def seconds_of_many(design: Design, fidelity: str) -> float:
+    """Forecast of the seconds in which one core makes the model of one finger of many."""
+    machine = this_machine()
+    case = _case(design, fidelity, layered=layers_for_many(design))
+    found = forecast_case(case, replace(machine, all_cores=machine.one_core)).seconds
+    return found["mesh"] + found["assemble"] + found["condense"]
 
 
 def _case(

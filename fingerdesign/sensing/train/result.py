@@ -33,6 +33,7 @@ from fingerdesign.sensing.model import (
     grip_problem,
     layers_for_many,
     meshed_for_grips,
+    seconds_of_many,
 )
 from fingerdesign.sensing.train.estimator import TrainingResult, train_estimator
 from fingerdesign.sensing.train.family import (
@@ -72,14 +73,11 @@ def training_result_for(
     found = _read(cache.text(f"{key}.txt"))
     if found is not None:
         return found
-    start = perf_counter()
     problem = grip_problem(design, fidelity, report=report)
-    model_s = perf_counter() - start
-    seconds = training_seconds(problem, settings, model_s, workers)
+    seconds = training_seconds(problem, settings, seconds_of_many(design, fidelity), workers)
     if turns_objects(settings, fidelity) and problem.model.symmetry_factor == 2:
-        start = perf_counter()
         problem = grip_problem(design, fidelity, report=report, whole=True)
-        seconds *= 1.0 + max((perf_counter() - start) / model_s - 1.0, 0.0) / TURNING
+        seconds *= 1.0 + 1.0 / TURNING  # A whole finger takes twice the work.
     begun, whole = perf_counter(), forecast_words(seconds)
     report(f"training on {settings.grips} grips, {settings.fingers} fingers: {whole}")
     grips = None
@@ -110,7 +108,7 @@ def training_seconds(
 ) -> float:
     """Seconds of a training in ``workers`` processes, on this machine as it is busy now.
 
-    problem: the design's own; model_s: seconds that it took. Within a factor of two.
+    problem: the design's own; model_s: of each finger's model. Within a factor of two.
     """
     start, moments = perf_counter(), 0
     with one_thread():
