@@ -346,9 +346,15 @@ def numbers_option(
 
 
 def fidelity_option(
-    default: str | None, *, auto: bool = False, finite: bool = False, unset: str = ""
+    default: str | None,
+    *,
+    auto: bool = False,
+    finite: bool = False,
+    unset: str = "",
+    purpose: str = "Which",
 ) -> Callable[[_Command], _Command]:
-    """``--fidelity`` (``fidelity``): which model. unset: what holds where ``default`` is None."""
+    """``--fidelity`` (``fidelity``): which model. unset: what holds where ``default`` is None;
+    purpose: words before "model"."""
     offered = {"auto": auto, "finite": finite}
     models = [each for each in FIDELITIES if offered.get(each, True)]
     return click.option(
@@ -356,7 +362,7 @@ def fidelity_option(
         type=click.Choice(models),
         default=default,
         show_default=unset or True,
-        help=f"Which model. {'; '.join(f'{each}: {FIDELITIES[each]}' for each in models)}.",
+        help=f"{purpose} model. {'; '.join(f'{each}: {FIDELITIES[each]}' for each in models)}.",
     )
 
 

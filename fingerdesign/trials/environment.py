@@ -107,7 +107,8 @@ class GripEnvironment(Env):  # type: ignore[misc]  # the extra may be missing
             if given is not None and (faults := estimator_faults(design, given, fidelity)):
                 raise DesignError(faults)
             if given is None and shipped_estimator(design, fidelity) is None:
-                words = f"no estimator ships for {design.design.name} in {fidelity}: it is trained"
+                words = f"no estimator ships for {design.design.name} in {fidelity}, with these "
+                words += "gages, stage and mesh: it is trained"
                 warnings.warn(f"{words}, half an hour, or comes from the cache", stacklevel=2)
             own = given or estimator_of(design, fidelity=fidelity)
             self._estimator = own.at_noise(noise_microstrain)

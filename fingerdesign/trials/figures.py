@@ -148,7 +148,7 @@ def map_figure(data: ControlData, trials: Sequence[Trial], noise: float) -> styl
         from matplotlib.lines import Line2D
 
         figure = style.canvas(1.2 + 2.1 * columns, 0.9 + 2.1 * panels_down)
-        labels = "friction coefficient", "weight (g)"
+        labels = "friction coefficient", "mass (g)"
         panels = style.small_multiples(
             figure, len(names), columns, *labels, sharex=True, sharey=True
         )

@@ -77,6 +77,8 @@ def test_the_command_line_reports_it_where_a_hand_would_use_it(film_tees, capsys
         (other, "paper", "3d", ""),
         (film_tees, "regulator", "3d", ""),
         (film_tees, "regulator", "plane-strain", fidelity),
+        (with_values(film_tees, {"design.name": "mine"}), "regulator", "plane-strain", fidelity),
+        (with_values(other, {"design.name": "mine"}), "regulator", "3d", ""),
     ):
         assert estimator_for(design, None, model, [hand]) is None
         reported = capsys.readouterr().err.splitlines()

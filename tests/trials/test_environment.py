@@ -99,7 +99,7 @@ def test_estimates_are_the_estimators_of_samples_and_the_moves_that_they_answer(
 def test_a_training_is_announced_before_it_begins(made):
     """It takes half an hour, and a notebook shows nothing meanwhile."""
     with (
-        pytest.warns(UserWarning, match="no estimator ships for half-plane in plane-strain: it is"),
+        pytest.warns(UserWarning, match="no estimator ships for half-plane in plane-strain, with"),
         pytest.raises(pytest.fail.Exception, match="work was begun"),
         never_called(module, "estimator_of"),
     ):

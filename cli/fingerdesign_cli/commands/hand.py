@@ -47,7 +47,7 @@ def _new_folder(
 @options.model_option
 @options.estimator_option(
     "What the regulator grips by, from `fingerdesign train`; or a shipped design's name, for the "
-    "estimator of a finger near to it. Without it one is trained first."
+    "estimator of a finger near to it. Without it that of the shipped finger, or one is trained."
 )
 @options.go_on_option
 @options.result_options
@@ -159,7 +159,7 @@ def identify() -> None:
     multiple=True,
     help="For mjcf and urdf: instead of the material's usual one; may be given again.",
 )
-@options.fidelity_option(None, unset="plane-strain")
+@options.fidelity_option(None, unset="plane-strain", purpose="For fmu-plant: which")
 @click.option(
     "--flex",
     "flex_mm",
@@ -172,9 +172,10 @@ def export() -> None:
     """Write DESIGN for another system: its regulator, which grips by ESTIMATOR, or the finger.
 
     c: OUT/NAME then holds regulator.c and regulator.h. ESTIMATOR is what `fingerdesign train` wrote
-    for DESIGN; without it one is trained first, or taken from the cache. The file computes in
-    single precision and holds the one network for the noise, with 16-bit weights: some 49 kB for 15
-    gages. How to compile and call it: docs/how_to/control.md.
+    for DESIGN; without it that of the shipped finger, of 3-D before plane strain; else one is
+    trained first, or taken from the cache. The file computes in single precision and holds the one
+    network for the noise, with 16-bit weights: some 60 kB for 15 gages. How to compile and call it:
+    docs/how_to/control.md.
 
     fmu: OUT/NAME then holds regulator.fmu, the same as a unit, its sources inside. fmu-plant: its
     plant.fmu, the finger's contact with a plane, of at most 1 MB; in 3-D that needs a coarse mesh.
@@ -269,8 +270,8 @@ def export() -> None:
 )
 @options.estimator_option(
     "For the regulator: what `fingerdesign train` wrote for DESIGN; or a shipped design's name, "
-    "for the estimator of a finger near to it. Without it one is trained first (minutes), or "
-    "taken from the cache."
+    "for the estimator of a finger near to it. Without it that of the shipped finger in this "
+    "fidelity; else one is trained first (up to half an hour), or taken from the cache."
 )
 @options.workers_option
 @options.model_option

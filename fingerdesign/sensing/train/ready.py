@@ -58,13 +58,17 @@ def adopted_estimator(design: Design, name: str) -> GripEstimator | None:
 
 
 def unused_estimator(design: Design, fidelity: str | None = None) -> str | None:
-    """A sentence where an estimator ships under the design's name and is not for this finger, or
-    not for the fidelity (None: any)."""
+    """A sentence where an estimator ships for the finger, and not for the fidelity (None: any), or
+    under the design's name, and not for this finger."""
     name = design.design.name
-    if name not in estimator_texts() or shipped_estimator(design, fidelity) is not None:
+    if shipped_estimator(design, fidelity) is not None:
         return None
-    if shipped_estimator(design) is not None:
-        return f"{name}{ESTIMATOR_SUFFIX} is not used: it was not trained for --fidelity {fidelity}"
+    if (other := shipped_estimator(design)) is not None:
+        texts = estimator_texts().items()
+        own = next(each for each, text in texts if json.loads(text)["design"] == other.design)
+        return f"{own}{ESTIMATOR_SUFFIX} is not used: it was not trained for --fidelity {fidelity}"
+    if name not in estimator_texts():
+        return None
     return (
         f"{name}{ESTIMATOR_SUFFIX} is not used: finger, gages or stage are not those of the "
         f"shipped {name}"
