@@ -35,6 +35,15 @@ def test_a_lift_with_little_margin_warns_and_one_that_slips_fails(result):
     assert view.summary.endswith("fail")
 
 
+def test_a_margin_just_below_the_target_is_not_rounded_to_it(result):
+    grip = replace(result.grips[0], lifted=True, gross_slip=False)
+    grip = replace(grip, peak_normal_force_N=1.3 / grip.peak_ratio * grip.peak_normal_force_N)
+    for margin, words in ((1.16, "margin 1.16, peak"), (1.24, "margin 1.2, peak")):
+        own = replace(result, grips=(replace(grip, safety_margin=margin),), measurability=None)
+        found = {each.name: each.number for each in verdict_view(own).verdicts}
+        assert found["grip force"].startswith(words)
+
+
 def test_a_lift_that_needs_more_steps_gets_them_and_no_other_controller(result):
     halfway = replace(result.grips[0], outcome="steps", lifted=False, safety_margin=None)
     halfway = replace(halfway, steps=200, object_mass_g=200.0, final_tangential_force_N=0.4903)
