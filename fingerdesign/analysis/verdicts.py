@@ -171,9 +171,9 @@ def _grip_force(good: Sequence[GripResult]) -> Verdict:
     elif margins and min(margins) < HUMAN_MARGIN[0]:
         thinnest = min(good, key=lambda each: each.safety_margin or math.inf)
         status, count = "warning", f"thin margin{_of_range(good, thinnest)}"
-    # A margin of 1.16 misses 1.2: rounded, it would not seem to.
-    digits = 2 if status == "warning" else 1
-    margin = f"margin {min(margins):.{digits}f}, " if margins else ""
+    margin = f"margin {min(margins):.1f}, " if margins else ""
+    if status == "warning":  # Rounded, 1.16 and 1.199 would not seem to miss 1.2.
+        margin = f"margin {math.floor(100.0 * min(margins)) / 100.0:.2f}, "
     found = f"{margin}peak {max(forces):.1f} x least"
     return Verdict(status, "grip force", found, f"target {HUMAN_MARGIN[0]:g}–{MOST_FORCE:g}", count)
 

@@ -17,8 +17,8 @@ Its file holds weights as 16-bit integers, one scale an output:
 The features of a gage that is dead are, in standard deviations, half the sum of its neighbours' in
 the readings; a neighbour that is missing or dead counts as 0, the mean of the training. Of 300
 lifts of film_tees with all faults 289 are good so, and 276 where 0 stands for the dead gage. It is
-a poor estimate, 0.8 standard deviations off: with a dead gage in the middle of the row the hand
-presses up to twice as hard as it has to.
+a poor estimate, 0.8 standard deviations off: of the six of 60 fingers with the largest margins, 2.1
+to 2.8, five have lost the middle gage or the one next to it.
 """
 
 import json

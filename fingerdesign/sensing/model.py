@@ -35,7 +35,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fingerdesign.analysis.case import Case, fundamental_scene
-from fingerdesign.analysis.forecast.forecast import forecast_case
+from fingerdesign.analysis.forecast.forecast import forecast_case, stage_seconds
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.path import object_at_touch, touch_point
 from fingerdesign.analysis.stages import condense, make_mesh
@@ -200,9 +200,12 @@ def layers_for_many(design: Design) -> tuple[int, float, float]:
 def seconds_of_many(design: Design, fidelity: str) -> float:
     """Forecast of the seconds in which one core makes the model of one finger of many."""
     machine = this_machine()
+    one_core = replace(machine, all_cores=machine.one_core)
     case = _case(design, fidelity, layered=layers_for_many(design))
-    found = forecast_case(case, replace(machine, all_cores=machine.one_core)).seconds
-    return found["mesh"] + found["assemble"] + found["condense"]
+    # The design's own mesh may be in the cache; those of the others are not.
+    counts = replace(forecast_case(case, one_core), mesh_kept=False)
+    seconds = stage_seconds(counts, case, one_core)
+    return seconds["mesh"] + seconds["assemble"] + seconds["condense"]
 
 
 def _case(

@@ -174,8 +174,8 @@ def export() -> None:
     c: OUT/NAME then holds regulator.c and regulator.h. ESTIMATOR is what `fingerdesign train` wrote
     for DESIGN; without it that of the shipped finger, of 3-D before plane strain; else one is
     trained first, or taken from the cache. The file computes in single precision and holds the one
-    network for the noise, with 16-bit weights: some 63 kB for 15 gages. How to compile and call it:
-    docs/how_to/control.md.
+    network for the noise, with 16-bit weights: at most 64 kB for 15 gages. How to compile and call
+    it: docs/how_to/control.md.
 
     fmu: OUT/NAME then holds regulator.fmu, the same as a unit, its sources inside. fmu-plant: its
     plant.fmu, the finger's contact with a plane, of at most 1 MB; in 3-D that needs a coarse mesh.

@@ -31,12 +31,18 @@ def shipped_estimator(design: Design, fidelity: str | None = None) -> GripEstima
 
     fidelity: None takes the best one, of 3-D before plane strain.
     """
+    found = _shipped(design, fidelity)
+    return None if found is None else GripEstimator.from_json(found[1])
+
+
+def _shipped(design: Design, fidelity: str | None) -> tuple[str, str] | None:
+    """Name and text of the file that ships for a design's finger and stage."""
     wanted = reversed(FIDELITIES) if fidelity is None else [fidelity]
-    texts = {json.loads(text)["design"]: text for text in estimator_texts().values()}
+    texts = {json.loads(each[1])["design"]: each for each in estimator_texts().items()}
     for each in wanted if texts else ():
         for key in finger_keys(design, each) if each in FIDELITIES else ():
             if key in texts:
-                return GripEstimator.from_json(texts[key])
+                return texts[key]
     return None
 
 
@@ -61,12 +67,11 @@ def unused_estimator(design: Design, fidelity: str | None = None) -> str | None:
     """A sentence where an estimator ships for the finger, and not for the fidelity (None: any), or
     under the design's name, and not for this finger."""
     name = design.design.name
-    if shipped_estimator(design, fidelity) is not None:
+    if _shipped(design, fidelity) is not None:
         return None
-    if (other := shipped_estimator(design)) is not None:
-        texts = estimator_texts().items()
-        own = next(each for each, text in texts if json.loads(text)["design"] == other.design)
-        return f"{own}{ESTIMATOR_SUFFIX} is not used: it was not trained for --fidelity {fidelity}"
+    if (other := _shipped(design, None)) is not None:
+        reason = f"it was not trained for --fidelity {fidelity}"
+        return f"{other[0]}{ESTIMATOR_SUFFIX} is not used: {reason}"
     if name not in estimator_texts():
         return None
     return (
