@@ -151,6 +151,8 @@ class GripBench:
             mass_g=cell.mass_g,
         )
         rng = stream(seed_of(cell, self.grid.seed), "samples")
+        weight = 2.0 * weight_per_finger(cell.mass_g)
+        most_pull = (1.0 + cell.tug) * weight if cell.tug > 0.0 else None
         episode = run_episode(
             ImperfectPlant(remembered, self._noisy(cell.noise), rng, self.plates),
             hand,
@@ -159,6 +161,7 @@ class GripBench:
             cell.friction,
             cell.mass_g,
             after,
+            most_pull,
         )
         return replace(episode, result=replace(episode.result, friction_law=problem.law.name))
 

@@ -108,7 +108,10 @@ def test_what_does_not_measure_the_noise_is_solved_once_and_a_model_may_fail(ben
 def test_a_tugged_grip_is_the_same_grip_until_the_tug(bench):
     cell = Cell("oracle_1.5", 0.5, 200.0, 1.0)
     memory, pulled = Memory(), replace(cell, tug=0.3)
-    still, tugged = bench.episode(cell).trace, bench.episode(pulled, memory).trace
+    free, held = bench.episode(cell), bench.episode(pulled, memory)
+    still, tugged = free.trace, held.trace
+    # What pulls most is what the force is judged by, as in `grip`.
+    assert held.result.holding_force_N == pytest.approx(1.3 * free.result.holding_force_N)
     steps = len(still.dx)
     assert still.lift_step == tugged.lift_step == steps - 1 - 5  # held for 0.05 s
     assert np.array_equal(tugged.gage_readings[:steps], still.gage_readings)
