@@ -5,7 +5,7 @@
 
 Single precision, no libraries but C's own, no memory allocated. Templates are in templates/; what
 they name in capitals are the numbers here, in features.py and in the regulator's file. Weights
-are 16-bit integers as in the estimator's file.
+and relations are 16-bit integers as in the estimator's file.
 """
 
 import math
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fingerdesign.control import features
+from fingerdesign.control.completion import in_integers
 from fingerdesign.control.controllers import friction_belief, regulator
 from fingerdesign.control.estimator import OUTLIER, GripEstimator, in_16_bits
 from fingerdesign.control.features import LAGS, feature_count
@@ -56,7 +57,9 @@ def c_files(estimator: GripEstimator, grip: Grip, with_weights: bool = True) -> 
     for name, steps in {"LAGS": LAGS, "READINGS_AT": features.readings_at(gages)}.items():
         lines += [f"static const int {name}[] = {{{', '.join(map(str, steps))}}};"]
     lines += [array_text("CENTER[]", band.center), array_text("SCALE[]", band.scale)]
-    lines += [array_text("SPREAD[][2]", band.spread)]
+    lines += [array_text("SPREAD[][2]", band.spread), array_text("ROOT[]", band.relations.root)]
+    related = in_integers(band.relations.matrix)
+    lines += [fill(f"static const int16_t RELATED[] = {{{', '.join(map(str, related))}}};", 99)]
     weights, layers, first = weights_of(estimator), [], 0
     values = (
         f"] = {{{', '.join(map(str, weights.tolist()))}}}" if with_weights else f"{len(weights)}]"

@@ -14,11 +14,7 @@ Its file holds weights as 16-bit integers, one scale an output:
 
     w = scale q,   scale = max |w| / 32767,   |error| <= scale / 2
 
-The features of a gage that is dead are, in standard deviations, half the sum of its neighbours' in
-the readings; a neighbour that is missing or dead counts as 0, the mean of the training. Of 300
-lifts of film_tees with all faults 289 are good so, and 276 where 0 stands for the dead gage. It is
-a poor estimate, 0.8 standard deviations off: of the six of 60 fingers with the largest margins, 2.1
-to 2.8, five have lost the middle gage or the one next to it.
+The features of a gage that is dead are completed from all others (control/completion.py).
 """
 
 import json
@@ -31,15 +27,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.features import (
-    LAGS,
-    FingerCurves,
-    Moment,
-    feature_count,
-    features,
-    gages_of,
-    readings_at,
-)
+from fingerdesign.control.completion import LARGEST, Relations
+from fingerdesign.control.features import LAGS, FingerCurves, Moment, feature_count, features
 from fingerdesign.control.former_estimator import AGAIN, NAME, PRESENT, present_record
 from fingerdesign.control.signals import Calibration
 from fingerdesign.errors import EstimatorError
@@ -58,7 +47,6 @@ _CURVES = {  # key of the file: field of FingerCurves
 _MOST_NOISE = 1000.0  # microstrain; more than any amplifier has
 # The largest and least numbers of single precision, in which a microcontroller computes.
 _MOST_SINGLE, _LEAST_SINGLE = float(np.finfo(np.float32).max), float(np.finfo(np.float32).tiny)
-_LARGEST = 32767  # of 16 bits with a sign
 OUTLIER = 5.0  # standard deviations of the features: The network was never trained farther out.
 
 
@@ -87,21 +75,23 @@ class Layer:
 class Band:
     """A network for gages with a noise of up to ``most_noise`` microstrain a sample.
 
-    Rectified linear layers on features less ``center``, over ``scale`` (features,). spread (k, 2):
-    upper edges of the predicted error, rising, and the standard deviation of the
-    utilisation below each.
+    Rectified linear layers on features less ``center``, over ``scale`` (features,). relations: of
+    these, for gages that are dead. spread (k, 2): upper edges of the predicted error, rising, and
+    the standard deviation of the utilisation below each.
     """
 
     most_noise: float
     center: Array
     scale: Array
+    relations: Relations
     layers: tuple[Layer, ...]
     spread: Array
 
     def evaluate(self, rows: Array) -> Array:
         """Raw outputs (n, 3), stick ratio, utilisation and its predicted error, of features
         (n, f); NaN: of a dead gage."""
-        return outputs_of(self.layers, standardised(rows, self.center, self.scale))
+        known = standardised(rows, self.center, self.scale)
+        return outputs_of(self.layers, completed(known, self.relations))
 
 
 @dataclass(frozen=True)
@@ -157,6 +147,7 @@ class GripEstimator:
                     "most_noise_microstrain": band.most_noise,
                     "center": _plain(band.center),
                     "scale": _plain(band.scale),
+                    "relations": band.relations.to_record(),
                     "layers": [_layer_data(each) for each in band.layers],
                     "spread": _plain(band.spread),
                 }
@@ -231,6 +222,8 @@ def _band_fault(band: Band, features: int) -> str:
         return f"a band is not of {features} features"
     if not (band.scale >= _LEAST_SINGLE).all():
         return "a feature's scale is not above 0 in single precision"
+    if wrong := band.relations.fault(features):
+        return wrong
     if not _most(band) <= _MOST_SINGLE:
         return "a network's numbers do not fit single precision"
     if band.spread.ndim != 2 or band.spread.shape[1] != 2 or not (band.spread > 0.0).all():
@@ -255,6 +248,7 @@ def _band(record: dict[str, Any]) -> Band:
         float(record["most_noise_microstrain"]),
         _array(record["center"]),
         _array(record["scale"]),
+        Relations.from_record(record["relations"]),
         tuple(Layer(_weight(each), _array(each["bias"])) for each in record["layers"]),
         _array(record["spread"]),
     )
@@ -263,8 +257,8 @@ def _band(record: dict[str, Any]) -> Band:
 def in_16_bits(weight: Array) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
     """Integers of a layer's shape, and what those of each output are to be multiplied by."""
     largest = np.abs(weight).max(axis=0)
-    scale = np.where(largest > 0.0, largest / _LARGEST, 1.0).astype(np.float32)
-    return np.rint(weight / scale).clip(-_LARGEST, _LARGEST).astype(np.int16), scale
+    scale = np.where(largest > 0.0, largest / LARGEST, 1.0).astype(np.float32)
+    return np.rint(weight / scale).clip(-LARGEST, LARGEST).astype(np.int16), scale
 
 
 def _layer_data(layer: Layer) -> dict[str, Any]:
@@ -293,19 +287,15 @@ def outputs_of(layers: Sequence[Layer], rows: ArrayLike) -> Array:
 
 
 def standardised(rows: Array, center: Array, scale: Array) -> Array:
-    """Rows (n, f) of features in standard deviations, held within the outliers' bound; NaN, of a
-    dead gage, is half the sum of its living neighbours."""
-    values = np.clip((rows - center) / scale, -OUTLIER, OUTLIER)
-    if not np.isnan(values).any():
-        return values
-    gages = gages_of(values.shape[1])
-    for first in readings_at(gages):
-        own = values[:, first : first + gages]
-        dead = np.isnan(own)
-        near = np.zeros((len(own), gages + 2))
-        near[:, 1:-1] = np.where(dead, 0.0, own)
-        own[dead] = 0.5 * (near[:, :-2] + near[:, 2:])[dead]
-    return values
+    """Rows (n, f) of features in standard deviations, within the outliers' bound; NaN stays."""
+    return np.asarray(np.clip((rows - center) / scale, -OUTLIER, OUTLIER))
+
+
+def completed(rows: Array, relations: Relations) -> Array:
+    """Standardised rows with the features of dead gages, within the outliers' bound."""
+    if not np.isnan(rows).any():
+        return rows
+    return np.asarray(np.clip(relations.completed(rows), -OUTLIER, OUTLIER))
 
 
 def _array(values: Any) -> Array:

@@ -8,6 +8,7 @@ A network goes on as it is: features that it was not trained on get the weight 0
     4       a predicted error of the utilisation                        yes
     5       the share of the stiffness that a turn leaves               yes, without a turn radius
     6       a mark of gages that are dead, which is not used any more   yes
+    7       how features go together, which completes a dead gage's     yes, of its neighbours
 
 In format 4 and before, the standard deviation is known by the utilisation itself, so that is copied
 as the third output.
@@ -18,10 +19,11 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.control.completion import Relations
 from fingerdesign.errors import EstimatorError
 
 NAME = "fingerdesign grip estimator, "
-PRESENT = 7
+PRESENT = 8
 OLDEST = 3
 _LAGS, _FORCES = 3, 7  # Steps back, and features of each that are not the gages' own.
 _NO_CURVES = "it holds neither approach nor stiffness of the finger"
@@ -53,6 +55,8 @@ def present_record(record: dict[str, Any]) -> dict[str, Any]:
         bands = [_with_rows(band, [gages + 4]) for band in bands]
         unknown = [0.0] * len(record["curves"]["approach_mm"])
         record = record | {"curves": record["curves"] | {"turn_radius_mm": unknown}}
+    if int(number) < 8:
+        bands = _with_neighbours(bands, gages)
     return record | {"format": f"{NAME}{PRESENT}", "bands": bands}
 
 
@@ -78,3 +82,9 @@ def _with_error(band: dict[str, Any]) -> dict[str, Any]:
     weight, bias = np.array(last["weight"], dtype=float), [*last["bias"], last["bias"][1]]
     weight = np.column_stack([weight, weight[:, 1]])
     return band | {"layers": [*before, {"weight": weight.tolist(), "bias": bias}]}
+
+
+def _with_neighbours(bands: list[dict[str, Any]], gages: int) -> list[dict[str, Any]]:
+    """Add relations by which half the sum of both neighbours stands in for a dead gage."""
+    own = Relations.of_neighbours(gages).to_record()
+    return [band | {"relations": own} for band in bands]

@@ -28,7 +28,7 @@ LATER: dict[str, Any] = {
     "grid": "axial",
     "excitation_V": 2.5,
     "area_share": 0.5,
-    "taught_fingers": 200,
+    "taught_fingers": 60,
     "probe_force_N": 1.5,
     "layer_growth": 1.15,
     "dying_after_s": 0.1,
@@ -38,6 +38,9 @@ LATER: dict[str, Any] = {
     "warming_s": 60.0,
     "drop_mm": 10.0,
 }
+# The default of this key changed. Its digest is that of the former default, and the other way
+# round: a design without the key has the digest that it always had.
+_CHANGED, _DIGEST_OF = "taught_grips", {3600: 12_000, 12_000: 3600}
 
 
 def content_digest(model: BaseModel) -> str:
@@ -76,6 +79,8 @@ def _plain(value: Any) -> Any:
     """Drop absent keys and later ones at their defaults; make -0.0 the 0.0 that it equals."""
     if isinstance(value, dict):
         given = {FIRST_NAMES.get(k, k): item for k, item in value.items() if item is not None}
+        if _CHANGED in given:
+            given[_CHANGED] = _DIGEST_OF.get(given[_CHANGED], given[_CHANGED])
         return {k: _plain(v) for k, v in given.items() if k not in LATER or v != LATER[k]}
     if isinstance(value, list):
         return [_plain(item) for item in value]

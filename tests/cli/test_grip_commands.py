@@ -9,6 +9,7 @@ import pytest
 
 from fingerdesign import load_design
 from fingerdesign.control.c_code import c_files
+from fingerdesign.control.completion import Relations
 from fingerdesign.control.estimator import Band, GripEstimator, Layer
 from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.sensing.model import grip_problem
@@ -38,7 +39,9 @@ def estimator(tmp_path):
     )
     count = feature_count(gages)
     layer = Layer(0.003 * rng.standard_normal((count, 3)), np.array([0.7, 0.4, 0.1]))
-    band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
+    relations = Relations.of_neighbours(gages)
+    numbers = np.zeros(count), np.ones(count), relations, (layer,), np.array([[1.0, 0.1]])
+    band = Band(10.0, *numbers)
 
     def write(key):
         path = tmp_path / "estimator.json"

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.c_code import c_files, in_16_bits
+from fingerdesign.control.completion import Relations
 from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
 from fingerdesign.control.estimator import Band, GripEstimator, Layer
 from fingerdesign.control.features import FingerCurves, feature_count
@@ -20,6 +21,7 @@ from fingerdesign.control.plants.plant import CondensedPlant, press
 from fingerdesign.control.roster import Object
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Grip
+from fingerdesign.sensing.train import network
 from tests.support.singles import CURVES, RADIUS, SingleRegulator
 
 COMPILER = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
@@ -53,7 +55,11 @@ def estimator(curves, hidden=(24, 12), seed=0):
     spread = np.array([[0.3, 0.2], [0.7, 0.1], [1.0, 0.05]])
     center, scale = 0.1 * rng.standard_normal(widths[0]), rng.uniform(0.5, 2.0, widths[0])
     center[ratio], scale[ratio] = 0.0, 0.2
-    return GripEstimator("digest", curves, 0.5, (Band(1.0, center, scale, tuple(layers), spread),))
+    common = rng.standard_normal((400, 4)) @ rng.standard_normal((4, widths[0]))
+    rows = common + rng.standard_normal(common.shape)
+    relations = Relations.of(rows / rows.std(axis=0))
+    band = Band(1.0, center, scale, relations, tuple(layers), spread)
+    return GripEstimator("digest", curves, 0.5, (band,))
 
 
 class Curves(ctypes.Structure):
@@ -178,12 +184,12 @@ def test_what_cannot_be_is_refused(compiled, bench):
 
 
 def test_it_fits_into_64_kB_and_the_page_calls_it(tmp_path):
-    """15 gages, 99 features, hidden layers of 128 and 64: 21,000 weights."""
+    """15 gages, 123 features, hidden layers of 96 and 32: 15,000 weights, 7,500 relations."""
     if COMPILER is None:
         pytest.skip("no C compiler here (cc, gcc or clang): the C file was not measured")
     ones = np.ones((2, 15))
     curves = FingerCurves(ones[:, 0], ones, ones, *[ones[:, 0]] * 3)
-    for name, text in c_files(estimator(curves, (128, 64)), GRIP).items():
+    for name, text in c_files(estimator(curves, network._HIDDEN), GRIP).items():
         (tmp_path / name).write_text(text)
     (tmp_path / "hand.c").write_text(re.search("```c\n(.*?)```", PAGE.read_text(), re.S)[1])
     for name in ("regulator", "hand"):

@@ -30,7 +30,7 @@ def histories():
         yield found
 
 
-@pytest.mark.parametrize("number", [3, 4, 5, 6])
+@pytest.mark.parametrize("number", [3, 4, 5, 6, 7])
 def test_a_former_file_answers_as_its_own_version_did(number):
     text = (FORMER / f"estimator_{number}.json").read_text("utf-8")
     estimator = GripEstimator.from_json(text)
@@ -57,7 +57,7 @@ def test_a_format_that_holds_too_little_says_what_and_how_to_train_again():
         GripEstimator.from_json(text)
 
 
-@pytest.mark.parametrize("name", ["fingerdesign grip estimator, 8", "another 3", "5", "", None, []])
+@pytest.mark.parametrize("name", ["fingerdesign grip estimator, 9", "another 3", "5", "", None, []])
 def test_a_format_that_is_not_known_is_named(name):
     record = json.loads((FORMER / "estimator_3.json").read_text("utf-8"))
     with pytest.raises(EstimatorError, match="its format is not"):

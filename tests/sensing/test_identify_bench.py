@@ -14,6 +14,7 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.control.bench_curves import Phase, Points, bench_curves, points_of
 from fingerdesign.control.bench_table import read_bench
 from fingerdesign.control.calibration import Bounds, calibrate
+from fingerdesign.control.completion import Relations
 from fingerdesign.control.estimator import Band, GripEstimator, Layer
 from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.control.plants.hardware import ImperfectPlant
@@ -123,7 +124,9 @@ def estimator_file(design, folder):
     curves = FingerCurves(forces, 0.0 * ones, ones, 0.01 * forces, np.full(2, 10.0), np.zeros(2))
     count = feature_count(GAGES)
     layer = Layer(np.zeros((count, 3)), np.array([0.7, 0.4, 0.1]))
-    band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
+    relations = Relations.of_neighbours(GAGES)
+    numbers = np.zeros(count), np.ones(count), relations, (layer,), np.array([[1.0, 0.1]])
+    band = Band(10.0, *numbers)
     key = finger_key(design)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "estimator.json").write_text(GripEstimator(key, curves, 0.5, (band,)).to_json())

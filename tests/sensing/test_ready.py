@@ -9,6 +9,7 @@ from fingerdesign_cli.inputs import estimator_for
 from fingerdesign.analysis.analysis import of_choices
 from fingerdesign.analysis.case import Case
 from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.control.completion import Relations
 from fingerdesign.control.estimator import Band, GripEstimator, Layer
 from fingerdesign.control.features import FingerCurves, feature_count
 from fingerdesign.control.former_estimator import OLDEST, PRESENT
@@ -33,7 +34,9 @@ def film_tees(monkeypatch):
     )
     count = feature_count(gages)
     layer = Layer(np.ones((count, 3)), np.array([0.7, 0.4, 0.1]))
-    band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
+    relations = Relations.of_neighbours(gages)
+    numbers = np.zeros(count), np.ones(count), relations, (layer,), np.array([[1.0, 0.1]])
+    band = Band(10.0, *numbers)
     text = GripEstimator(finger_key(design, "3d"), curves, 0.5, (band,)).to_json()
 
     def train(*_, **__):

@@ -17,6 +17,7 @@ from fingerdesign.control.features import feature_count
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.model import seconds_of_many
+from fingerdesign.sensing.train import estimator as estimator_module
 from fingerdesign.sensing.train import network
 from fingerdesign.sensing.train import policy as policy_module
 from fingerdesign.sensing.train import result as training
@@ -206,13 +207,15 @@ def interrupted_after(fingers):
 
 
 @pytest.mark.slow
-def test_an_interrupted_training_goes_on_and_is_that_of_any_workers(cache_in, tmp_path):
+def test_an_interrupted_training_goes_on_and_is_that_of_any_workers(cache_in, calls_of, tmp_path):
     keys = {"training_fingers": 4, "training_grips": 50}
     values = {f"grip.regulator.{key}": value for key, value in keys.items()}
     design = with_values(load_design("sensitive"), values | COARSE | {"grip.max_steps": 40})
     with epochs(8):
         cache_in(tmp_path / "2")
+        fits = calls_of(estimator_module, "fit_band")
         two = training.training_result_for(design, workers=2)
+        assert [given[-1] for given, _ in fits] == [1, 4, 4]  # samples of a grip: the pilot has one
         cache_in(tmp_path / "1")
         with pytest.raises(KeyboardInterrupt, match="finished fingers are stored"):
             training.training_result_for(design, interrupted_after(1))

@@ -593,15 +593,20 @@ fingerdesign/control/features.py | tests/control/test_estimator.py
 - dead[gage] = np.abs(alone).max() > _HEARD * nothing
 + dead[gage] = np.abs(alone[-1]) > _HEARD * nothing
 
-estimator: one neighbour stands in for a dead gage
-fingerdesign/control/estimator.py | tests/control/test_estimator.py
-- 0.5 * (near[:, :-2] + near[:, 2:])
-+ near[:, 2:]
+estimator: a dead gage is completed without the roots of the relations
+fingerdesign/control/completion.py | tests/control/test_estimator.py
+- -np.linalg.solve(both, self.matrix[dead] * self.root)
++ -np.linalg.solve(both, self.matrix[dead])
 
-estimator: a neighbour that is dead too stands in, in C
+estimator: rows with dead gages count in the relations
+fingerdesign/control/completion.py | tests/control/test_estimator.py
+- whole = rows[np.isfinite(rows).all(axis=1)]
++ whole = np.nan_to_num(rows)
+
+estimator: the last value of a dead gage helps to complete it, in C
 fingerdesign/control/templates/regulator.c | tests/control/test_c_code.py
-- if (r->dead[i] != r->dead[i - 1])
-+ if (r->dead[i] || r->dead[i - 1])
+- values[places[count++]] = 0.0f;
++ count++;
 
 turning: half a finger does
 fingerdesign/analysis/case.py | tests/control/test_turning_lift.py

@@ -9,12 +9,14 @@ from types import SimpleNamespace
 import numpy as np
 
 from fingerdesign.control.c_code import constants, in_16_bits
+from fingerdesign.control.completion import LARGEST
 from fingerdesign.control.features import LAGS, SILENT, readings_at
 
 CURVES = "normal_force", "pressed", "sticking", "approach", "stiffness"
 RADIUS = "turn_radius"
 S = np.float32
 ZERO = S(0.0)
+MOST_TURNS = 50  # of conjugate gradients
 
 
 def logarithm(x):
@@ -33,6 +35,14 @@ def interpolated(x, xs, ys):
     x = min(max(x, xs[0]), xs[-1])
     k = min(max(int(np.searchsorted(xs, x)) - 1, 0), len(xs) - 2)
     return ys[k] + (x - xs[k]) / (xs[k + 1] - xs[k]) * (ys[k + 1] - ys[k])
+
+
+def total(values):
+    """Sum of singles, one after the other."""
+    found = ZERO
+    for each in values:
+        found = found + each
+    return found
 
 
 class SingleRegulator:
@@ -104,14 +114,33 @@ class SingleRegulator:
             largest = abs(S([each[0] for each in self.history[-SILENT:]])).max(axis=0)
             self.dead |= abs(alone) > n.HEARD * n.NOTHING
             self.dead &= largest < n.NOTHING
-        for gage in np.flatnonzero(self.dead):
-            near = [k for k in (gage - 1, gage + 1) if 0 <= k < len(alone) and not self.dead[k]]
-            for first in readings_at(len(alone)):
-                values[first + gage] = S(0.5) * sum((values[first + k] for k in near), ZERO)
+        self.complete(values)
         outputs = self.evaluated(values)
         edges, std = S(self.band.spread).T
         stick, used = (min(max(each, ZERO), S(1.0)) for each in outputs[:2])
         return stick, used, std[min(int((edges < outputs[2]).sum()), len(edges) - 1)]
+
+    def complete(self, values):
+        """Features of dead gages from all others, gage by gage."""
+        relations, gages = self.band.relations, np.flatnonzero(self.dead)
+        places = np.add.outer(gages, readings_at(len(self.dead))).ravel()
+        root = S(relations.root)
+        matrix = (S(np.rint(LARGEST * relations.matrix)) / S(LARGEST))[places]
+        values[places] = ZERO
+        left, found = np.zeros(len(places), dtype=S), np.zeros(len(places), dtype=S)
+        for column, own, value in zip(matrix.T, root, values, strict=True):
+            left -= column * (own * value)
+        way, size, turns = left.copy(), total(left * left), 0
+        first, matrix = size, matrix[:, places]
+        while turns < MOST_TURNS and size > S(1e-12) * first:
+            turned = np.zeros(len(places), dtype=S)
+            for column, value in zip(matrix.T, way, strict=True):
+                turned += column * value
+            step, before = size / total(way * turned), size
+            found, left = found + step * way, left - step * turned
+            size, turns = total(left * left), turns + 1
+            way = left + size / before * way
+        values[places] = np.clip(found / root[places], -self.n.OUTLIER, self.n.OUTLIER)
 
     def evaluated(self, values):
         """Outputs of the network, summed input by input."""

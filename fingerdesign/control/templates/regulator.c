@@ -12,6 +12,9 @@
 
 #define GAGES REGULATOR_GAGES
 #define LANES 16
+#define MOST_TURNS 50   /* of conjugate gradients: they are near after some ten */
+#define ENOUGH 1e-12f   /* of the first error's square: as near as singles are */
+#define KINDS COUNT(READINGS_AT)
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
 typedef struct {
@@ -199,6 +202,52 @@ static void add_up(const layer *l, const float *values, int o, float *sums) {
     EACH(END)
 }
 
+/* How two features go together: control/completion.py. */
+static float related(int i, int j) {
+    if (i == j)
+        return 1.0f;
+    return (float)RELATED[i > j ? i * (i - 1) / 2 + j : j * (j - 1) / 2 + i] / 32767.0f;
+}
+
+/* The features of dead gages from all others, by conjugate gradients. */
+static void complete(const regulator *r, float *values) {
+    float found[KINDS * GAGES], left[KINDS * GAGES], way[KINDS * GAGES], turned[KINDS * GAGES];
+    float size = 0.0f, first, before, step;
+    int places[KINDS * GAGES], count = 0, g, i, k, n;
+    for (g = 0; g < GAGES; g++)
+        for (k = 0; k < KINDS; k++)
+            if (r->dead[g]) {
+                places[count] = READINGS_AT[k] + g;
+                values[places[count++]] = 0.0f;
+            }
+    for (n = 0; n < count; n++) {
+        for (left[n] = found[n] = 0.0f, i = 0; i < FEATURES; i++)
+            left[n] -= related(places[n], i) * (ROOT[i] * values[i]);
+        way[n] = left[n];
+        size += left[n] * left[n];
+    }
+    first = size;
+    for (k = 0; k < MOST_TURNS && size > ENOUGH * first; k++) {
+        float along = 0.0f;
+        for (n = 0; n < count; n++) {
+            for (turned[n] = 0.0f, i = 0; i < count; i++)
+                turned[n] += related(places[n], places[i]) * way[i];
+            along += way[n] * turned[n];
+        }
+        step = size / along;
+        before = size;
+        for (size = 0.0f, n = 0; n < count; n++) {
+            found[n] += step * way[n];
+            left[n] -= step * turned[n];
+            size += left[n] * left[n];
+        }
+        for (n = 0; n < count; n++)
+            way[n] = left[n] + size / before * way[n];
+    }
+    for (n = 0; n < count; n++)
+        values[places[n]] = smaller(larger(found[n] / ROOT[places[n]], -OUTLIER), OUTLIER);
+}
+
 static estimate estimated(regulator *r) {
     float values[WIDEST], sums[WIDEST];
     estimate found;
@@ -206,15 +255,7 @@ static estimate estimated(regulator *r) {
     features(r, values);
     for (i = 0; i < FEATURES; i++)
         values[i] = smaller(larger((values[i] - CENTER[i]) / SCALE[i], -OUTLIER), OUTLIER);
-    for (k = 0; k < COUNT(READINGS_AT); k++) {
-        float *own = values + READINGS_AT[k];
-        for (i = 0; i < GAGES; i++)
-            if (r->dead[i])
-                own[i] = 0.0f;
-        for (i = 1; i < GAGES; i++) /* half of each living neighbour */
-            if (r->dead[i] != r->dead[i - 1])
-                own[i - 1 + r->dead[i]] += 0.5f * own[i - r->dead[i]];
-    }
+    complete(r, values);
     for (n = 0; n < COUNT(LAYERS); n++) {
         const layer *l = LAYERS + n;
         for (o = 0; o + LANES <= l->outputs; o += LANES)

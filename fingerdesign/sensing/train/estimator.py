@@ -79,7 +79,8 @@ def train_estimator(
                 "grips, or a longer travel of the stage (grip.max_approach_mm)"
             )
         report(f"training on {len(inputs)} samples with noise up to {noises[1]:g} microstrain")
-        jobs.append((inputs, outputs, weights, noises[1], settings.seed, settings.fingers))
+        seed, fingers, replicates = settings.seed, settings.fingers, settings.replicates
+        jobs.append((inputs, outputs, weights, noises[1], seed, fingers, replicates))
     # In this process alone: another one adds up in another order, and the last digits differ.
     networks = tuple(starmap(fit_band, jobs))
     samples = sum(len(job[0]) for job in jobs)

@@ -174,7 +174,7 @@ class QuickLearner:
         self._sampled = sampled
         training = ~sampled.tested & ~sampled.chosen_by
         self._center, self._scale = center_and_scale(sampled.inputs[training])
-        rows = standardised(sampled.inputs, self._center, self._scale).astype(np.float32)
+        rows = _known(sampled.inputs, self._center, self._scale).astype(np.float32)
         rng = np.random.default_rng([seed, 4])
         self._weight = _GAIN * rng.standard_normal((rows.shape[1], _SUMS)).astype(np.float32)
         self._bias = rng.uniform(-_EDGE, _EDGE, _SUMS).astype(np.float32)
@@ -199,6 +199,11 @@ class QuickLearner:
         return np.hstack([rows, sums, np.ones((len(rows), 1), dtype=np.float32)])
 
 
+def _known(inputs: Array, center: Array, scale: Array) -> Array:
+    """Features in standard deviations; 0, the mean, of the few that are unknown."""
+    return np.nan_to_num(standardised(inputs, center, scale))
+
+
 @dataclass(frozen=True)
 class Network:
     """A trained network on the columns ``own`` of the features."""
@@ -210,7 +215,7 @@ class Network:
 
     def evaluate(self, inputs: Array) -> Array:
         """Stick ratio and friction utilisation (n, 2) of features (n, f) of all gages."""
-        rows = standardised(inputs[:, self.own], self.center, self.scale)
+        rows = _known(inputs[:, self.own], self.center, self.scale)
         return outputs_of(self.layers, rows)
 
 
@@ -223,7 +228,7 @@ def train_network(replicates: Sequence[Samples], some: Sequence[int], seed: int)
     inputs = np.concatenate([each.inputs[~each.tested][:, own] for each in replicates])
     truths = np.concatenate([each.truths[~each.tested] for each in replicates])
     center, scale = center_and_scale(inputs)
-    rows = standardised(inputs, center, scale).astype(np.float32)
+    rows = _known(inputs, center, scale).astype(np.float32)
     layers = train_layers(rows, truths, _SCHEDULE, seed)
     return Network(own, center, scale, layers)
 
