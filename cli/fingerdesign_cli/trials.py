@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import plain
@@ -212,11 +213,15 @@ def _lifts(
 ) -> int:
     if hands.tune:
         raise click.UsageError("--to lerobot takes the controllers as they are: leave out --tune")
+    if click.get_current_context().get_parameter_source("out") is not ParameterSource.DEFAULT:
+        raise click.UsageError("--to lerobot DIR writes into DIR alone: leave out --out")
     design, _ = read_case(design_file)
     estimator = estimator_for(design, hands.estimator_file, fidelity, hands.names)
     options = StudyOptions(estimator, workers, fidelity)
-    with recorded(lerobot.FOLDER, target, option="--to") as (folder, show):
-        info = run_lifts(design, hands.names, axes.grid(), folder, replace(options, report=show))
+    grid, journal = axes.grid(), journal_beside(target.absolute())
+    with recorded(lerobot.FOLDER, target, journal, "--to") as (folder, show):
+        options = replace(options, report=show)
+        info = run_lifts(design, hands.names, grid, folder, journal, options)
     about = {name: info[f"total_{name}"] for name in ("episodes", "frames")}
     about["left_out"] = info["left_out"]
     words = f"{target}: {about['episodes']} lifts, {about['frames']} frames"

@@ -1,6 +1,6 @@
 """Lifts as a LeRobot data set, format v3.0: parquet and JSON by pyarrow, no torch.
 
-    write_lifts(bench, 100.0, grid.batches(names), folder, workers=2)
+    write_lifts(bench, 100.0, grid.batches(names), folder, journal, workers=2)
 
     data/chunk-000/file-000.parquet     a row a sample, a row group an episode
     meta/info.json, stats.json          features with their shapes and names; their statistics
@@ -12,10 +12,11 @@ out. The format is that of huggingface/lerobot's lerobot/datasets (August 2026).
 """
 
 import json
+from base64 import b64decode, b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -25,9 +26,10 @@ from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.runtime.extras import needs
+from fingerdesign.runtime.journal import Journal
 from fingerdesign.trials.bench import Bench
 from fingerdesign.trials.grid import Cell
-from fingerdesign.trials.stored import Report, in_processes
+from fingerdesign.trials.stored import Report, in_processes, key_of
 
 try:
     import pyarrow
@@ -37,6 +39,7 @@ except ImportError:  # Reported where a data set is written: the module can be i
 
 CARD, VERSION = "README.md", "v3.0"
 FOLDER = RecordFolder("new LeRobot data set", CARD, ())  # Nothing that is there is replaced.
+KIND = "lifts for LeRobot"  # The kind of the journal of finished lifts.
 TASK = "Lift an object of unknown friction and weight without slip and without crushing it."
 FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 _MOST_MB, _MOST_FILES = 100, 1000  # of a data file; of files in a chunk
@@ -50,6 +53,23 @@ class Lift:
 
     frames: dict[str, Array]
     about: dict[str, Any]
+
+    def stored(self) -> dict[str, Any]:
+        """It as a record of a journal: each feature's type, values of a frame, and numbers."""
+        frames = {
+            name: [values.dtype.str, values.shape[1], b64encode(values.tobytes()).decode("ascii")]
+            for name, values in self.frames.items()
+        }
+        return {"frames": frames, "about": self.about}
+
+    @classmethod
+    def of_stored(cls, record: dict[str, Any]) -> Self:
+        """The lift of a journal's record."""
+        frames = {
+            name: np.frombuffer(b64decode(coded), kind).reshape(-1, width)
+            for name, (kind, width, coded) in record["frames"].items()
+        }
+        return cls(frames, record["about"])
 
 
 def lifts_of(bench: Bench, cells: Sequence[Cell]) -> list[Lift]:
@@ -115,23 +135,39 @@ def write_lifts(
     rate_Hz: float,
     batches: Sequence[Sequence[Cell]],
     folder: Path,
-    workers: int,
+    journal: Journal,
+    workers: int = 1,
     report: Report = lambda message, fraction: None,
 ) -> dict[str, Any]:
-    """Run all cells and write their lifts; return what info.json holds, and ``left_out``: the
-    number of lifts that came to no end (a bench or a solver failed).
+    """Run all cells that the journal does not hold, and write the lifts of all in the order of
+    their cells; return what info.json holds, and ``left_out``: the number of lifts that came to no
+    end (a bench or a solver failed).
 
-    Raises DesignError as :func:`refuse`, SolverError where a process died or no lift came to its
-    end.
+    Raises DesignError as :func:`refuse` and for a damaged journal, SolverError where a process died
+    or no lift came to its end.
     """
     refuse(rate_Hz)
+    left = [cells for cells in batches if _key(cells) not in journal]
+    every = sum(map(len, batches))
+    done = every - sum(map(len, left))
+    for cells, lifts in in_processes(lifts_of, bench, left, workers):
+        journal.add({_key(cells): [lift.stored() for lift in lifts]})
+        done += len(cells)
+        report(f"lifting: {done} of {every} lifts", done / every)
     writer = _Writer(folder, rate_Hz)
-    found, every = in_processes(lifts_of, bench, batches, workers), sum(map(len, batches))
-    for done, (_, lifts) in enumerate(found, 1):
+    for cells in batches:
+        try:
+            lifts = [Lift.of_stored(record) for record in journal.get(_key(cells))]
+        except (LookupError, TypeError, ValueError) as error:
+            raise journal.foreign() from error
         for lift in lifts:
             writer.add(lift)
-        report(f"lifting: {len(writer.rows)} of {every} lifts", done / len(batches))
     return writer.close() | {"left_out": every - len(writer.rows)}
+
+
+def _key(cells: Sequence[Cell]) -> str:
+    """The key of a batch in a journal."""
+    return " ".join(key_of(cell, "") for cell in cells)
 
 
 class _Writer:

@@ -141,9 +141,11 @@ def run_lifts(
     controllers: Sequence[str],
     grid: ControlGrid,
     folder: Path,
+    journal: Path,
     options: StudyOptions = StudyOptions(),
 ) -> dict[str, Any]:
-    """Run every grip, and write what its hand measured and did as a LeRobot data set.
+    """Run every grip that the file ``journal`` does not hold yet, and write what its hand measured
+    and did as a LeRobot data set.
 
     Raises as :func:`run_study`, and DesignError as :func:`lerobot.refuse`.
     """
@@ -151,10 +153,14 @@ def run_lifts(
     lerobot.refuse(rate)
     refuse(grid, names)
     _refuse_perturbed(design, grid, options.fidelity)
+    Journal(journal, lerobot.KIND, None).close()  # A damaged one is found before the work.
     bench = _grip_bench(design, names, grid, options, Clock())
+    digest = _study_digest(design, grid, bench.estimator, options)
     judged, batches = _judging(bench, design, options.fidelity), list(grid.batches(names))
-    with one_thread():
-        return lerobot.write_lifts(judged, rate, batches, folder, options.workers, options.report)
+    with one_thread(), Journal(journal, lerobot.KIND, digest) as stored:
+        return lerobot.write_lifts(
+            judged, rate, batches, folder, stored, options.workers, options.report
+        )
 
 
 def _refuse_perturbed(design: Design, grid: ControlGrid, fidelity: Fidelity) -> None:

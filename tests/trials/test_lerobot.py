@@ -14,7 +14,7 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign.control.signals import Sample
-from fingerdesign.trials import study
+from fingerdesign.trials import lerobot, study
 from fingerdesign.trials.lerobot import _frames
 from tests.support.session import never_called
 
@@ -146,6 +146,29 @@ def test_its_own_loader_reads_it(data_set):
     assert last["next.done"]
 
 
+def test_an_interrupted_one_goes_on_and_is_the_same(data_set, tmp_path, terminal, calls_of):
+    """Of four lifts the second is interrupted; the first is not lifted again."""
+    folder = tmp_path / "lifts"
+    frictions = ("--friction", "0.3", "--friction", "0.6")
+    given = ("study", "film_tees", *GIVEN, *frictions, "--workers", "1", "--to", "lerobot", folder)
+    lifted = lerobot.lifts_of
+    with pytest.MonkeyPatch.context() as patch:
+        batches = iter([lifted])
+        patch.setattr(lerobot, "lifts_of", lambda *given: next(batches, interrupt)(*given))
+        assert "run the same command to go on" in terminal(*given, code=130).err
+    assert not folder.exists()
+    again = calls_of(lerobot, "lifts_of")
+    terminal(*given)
+    assert len(again) == 3
+    assert [each.name for each in tmp_path.iterdir()] == ["lifts"]
+    name = "data/chunk-000/file-000.parquet"
+    assert parquet.read_table(folder / name).equals(parquet.read_table(data_set[0] / name))
+
+
+def interrupt(*given):
+    raise KeyboardInterrupt
+
+
 def test_what_cannot_be_a_data_set_is_refused(tmp_path, terminal):
     (tmp_path / "data").mkdir()
     base = ["study", "film_tees", *GIVEN, "--to", "lerobot"]
@@ -155,6 +178,7 @@ def test_what_cannot_be_a_data_set_is_refused(tmp_path, terminal):
         assert f"--to = {wrong}: must be a folder" in printed
         assert "choose another" in printed
     assert "--tune" in terminal(*base, tmp_path / "new", "--tune", code=2).err
+    assert "--out" in terminal(*base, tmp_path / "new", "--out", tmp_path / "out", code=2).err
     other = ["study", "gripbench", "--to", "lerobot", tmp_path / "new"]
     assert "only judges" in terminal(*other, code=2).err
     assert not (tmp_path / "new").exists()
