@@ -28,7 +28,7 @@ LATER: dict[str, Any] = {
     "grid": "axial",
     "excitation_V": 2.5,
     "area_share": 0.5,
-    "taught_fingers": 60,
+    "taught_fingers": 120,
     "probe_force_N": 1.5,
     "layer_growth": 1.15,
     "dying_after_s": 0.1,
@@ -40,7 +40,7 @@ LATER: dict[str, Any] = {
 }
 # The default of this key changed. Its digest is that of the former default, and the other way
 # round: a design without the key has the digest that it always had.
-_CHANGED, _DIGEST_OF = "taught_grips", {3600: 12_000, 12_000: 3600}
+_CHANGED, _DIGEST_OF = "taught_grips", {7200: 12_000, 12_000: 7200}
 
 
 def content_digest(model: BaseModel) -> str:

@@ -30,7 +30,7 @@ GOOD_AMPLIFIER = 0.5  # microstrain at 100 Hz
 NONE, EVERY = "none", "all"  # labels of faults: the model itself, and every fault at once
 # The seed of published tables. Development never runs it, and a table is run once by it. After a
 # change of a controller or a training that follows such a table, take another one.
-SEALED_SEED = 918_204_553
+SEALED_SEED = 640_118_277
 _MOST = 1000  # values of one axis
 _MOST_GRIPS = 100_000  # of one controller: they take an hour
 LABELS = (NONE, *FAULTS, EVERY)

@@ -87,10 +87,10 @@ class RegulatorTable:
         0.82, "share in use over which a hanging object is pressed harder", gt=0, le=1
     )
     training_grips: int = key(
-        3600, "simulated grips that its estimator learns from", ge=50, le=100_000
+        7200, "simulated grips that its estimator learns from", ge=50, le=100_000
     )
     training_fingers: int = key(
-        60,
+        120,
         "fingers and objects, perturbed from the model, that share these grips; 1: the model alone",
         ge=1,
         le=1000,
