@@ -25,7 +25,7 @@ from fingerdesign.trials.grid import EVERY, NONE, ControlGrid, Perturbed
 from fingerdesign.trials.record import ControlStudy
 from fingerdesign.trials.summary import Trial, summarise
 
-NAME, VERSION = "gripbench", 1
+NAME, VERSION = "gripbench", 2
 DESIGN = "sensitive"
 _FAULTS = "modulus plates tilt radius drift dying arm patches kinetic"
 PERTURBED = Perturbed((NONE, *_FAULTS.split(), EVERY), plants=9, lifts=4)
