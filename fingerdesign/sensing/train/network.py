@@ -56,7 +56,7 @@ def fit_band(
     weights (n,): of the squared errors. replicates: how often each grip was sampled.
     """
     center, scale = center_and_scale(inputs)
-    fewer = min(_PERTURBED_EPOCHS / replicates if fingers > 1 else 1.0, _ROWS / len(inputs))
+    fewer = share_of_epochs(len(inputs), fingers, replicates)
     penalty = _SAMPLED_AGAIN if fingers > 1 and replicates > 1 else _PENALTY
     schedule = [(rate, math.ceil(fewer * epochs)) for rate, epochs in _SCHEDULE]
     known = standardised(inputs, center, scale)
@@ -68,6 +68,11 @@ def fit_band(
         targets = np.column_stack([outputs, predicted_error])
         layers = train_layers(rows, targets, schedule, seed, weights, penalty)
     return Band(most_noise, center, scale, relations, layers, np.array([[1.0, 1.0]]))
+
+
+def share_of_epochs(rows: float, fingers: int, replicates: int) -> float:
+    """The share of the schedule's epochs that so many samples are trained for."""
+    return min(_PERTURBED_EPOCHS / replicates if fingers > 1 else 1.0, _ROWS / rows)
 
 
 def _predicted_error(
