@@ -290,7 +290,7 @@ BEFORE_MOLDS = {
     "both_ways": "f71af5e435be2e70935603ecc9c2fcb9c09f7a86e3ec0d44aac6e62add53fe7e",
     "domed": "4e3955bf9e15822e822429e639449bd348c4713dc92617dabab5d06ed4b485f6",
     "maeno2000": "7aa1683a43b9b915d8fe1a3cda1523bdb13b4bb21f78900336f0c78836a9b7a2",
-    "sensitive": "952906ba2fbb02afcb1b5d4c4dde7af5d0fc10cadbcb06e6c9a0b025a30a5c02",
+    "sensitive": "fdb9cfea7c47baf58f4f3ceffe46c0b8a4ed17016dbba98523592cdf1ab8f864",
 }
 
 
