@@ -22,18 +22,18 @@ stiffness enters what is expected of the moves, and is a feature of its own: at 
 the object slips the sooner, the less is left.
 
 A gage that has fallen silent, whose cable has come off, say, gives no information on its past
-either: its features are NaN, and its neighbours stand in for it (estimator.py). It counts as dead
-until it answers.
+either: its features are NaN, and all others complete them (completion.py). It counts as dead until
+it answers.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.control.signals import Calibration, Sample
 
 LAGS = (1, 4, 12)  # steps back
@@ -100,39 +100,40 @@ class FingerCurves:
         radius = np.interp(self.approach, model.approach, model.turn_radius)
         return replace(self, turn_radius=radius)
 
-    def pressed_at(self, normal_force: float) -> Array:
-        """``pressed`` (g,) at a force; past either end the nearest."""
+    def pressed_at(self, normal_force: Array | float) -> Array:
+        """``pressed`` (..., g) at forces (...); past either end the nearest."""
         return self._between(self.pressed, normal_force)
 
-    def sticking_at(self, normal_force: float) -> Array:
-        """``sticking`` (g,) at a force; past either end the nearest."""
+    def sticking_at(self, normal_force: Array | float) -> Array:
+        """``sticking`` (..., g) at forces (...); past either end the nearest."""
         return self._between(self.sticking, normal_force)
 
-    def _between(self, values: Array, normal_force: float) -> Array:
+    def _between(self, values: Array, normal_force: Array | float) -> Array:
         force = self.normal_force
-        now = min(max(normal_force, float(force[0])), float(force[-1]))
-        k = min(max(int(force.searchsorted(now)) - 1, 0), len(force) - 2)
+        now = np.minimum(np.maximum(normal_force, force[0]), force[-1])
+        k = np.maximum(force.searchsorted(now) - 1, 0)
         share = (now - force[k]) / (force[k + 1] - force[k])
         low: Array = values[k]
-        return np.asarray(low + share * (values[k + 1] - low))
+        return np.asarray(low + share[..., None] * (values[k + 1] - low))
 
     def expected(
-        self, normal_force: float, dx: float, dy: float, arm: float = 0.0
-    ) -> tuple[float, float]:
-        """Rise of F_n and F_t, N, where moves on from a force and nothing slips. arm (mm): of the
-        object's weight."""
+        self, normal_force: Array, dx: Array, dy: Array, arm: Array | float = 0.0
+    ) -> tuple[Array, Array]:
+        """Rises of F_n and F_t, N, (...) where moves (...) on from forces (...) and nothing slips.
+        arm (mm): of the object's weight."""
         force = self.normal_force
-        depth = float(np.interp(normal_force, force, self.approach)) + dy
-        after = float(np.interp(depth, self.approach, force))
+        depth = np.interp(normal_force, force, self.approach) + dy
+        after = np.interp(depth, self.approach, force)
         middle = 0.5 * (normal_force + after)
-        stiffness = float(np.interp(middle, force, self.stiffness))
+        stiffness = np.interp(middle, force, self.stiffness)
         return after - normal_force, stiffness * self.left_by_turn(middle, arm) * dx
 
-    def left_by_turn(self, normal_force: float, arm: float) -> float:
-        """Share of the stiffness that an object leaves with its weight an arm (mm) off the middle;
-        1 where the turn radius is not known."""
-        radius = float(np.interp(normal_force, self.normal_force, self.turn_radius))
-        return 1.0 / (1.0 + (arm / radius) ** 2) if radius > 0.0 else 1.0
+    def left_by_turn(self, normal_force: Array | float, arm: Array | float) -> Array:
+        """Share (...) of the stiffness that an object leaves with its weight an arm (mm) off the
+        middle; 1 where the turn radius is not known."""
+        radius = np.interp(normal_force, self.normal_force, self.turn_radius)
+        known = radius > 0.0
+        return np.where(known, 1.0 / (1.0 + (arm / np.where(known, radius, 1.0)) ** 2), 1.0)
 
 
 def feature_count(gages: int) -> int:
@@ -154,96 +155,96 @@ def readings_at(gages: int) -> list[int]:
 def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
     """Features (f,) of the last moment: the present, the changes over the last steps and since the
     first pull, the touch. NaN: of gages that are dead."""
-    now = history[-1].sample
-    pressed = max(now.normal_force, LEAST_FORCE)
+    row: Array = feature_rows(history, curves, noise, np.array([len(history) - 1]))[0]
+    return row
+
+
+def feature_rows(
+    history: Sequence[Moment], curves: FingerCurves, noise: float, rows: IntArray
+) -> Array:
+    """Features (r, f) of the moments ``rows`` (r,) of a history: those that each had as its last
+    moment."""
+    path = _Path.of(history)
+    normal, pressed, pull = path.normal[rows], path.pressed[rows], path.tangential[rows]
     scale, alone = _scale(curves, pressed)
-    known = np.where(_dead(history, curves, noise), np.nan, 1.0)
-    last, start = len(history) - 1, _before_pull(history)
-    touch = history[start].sample
-    before = max(touch.normal_force, LEAST_FORCE)
-    scale_then, alone_then = _scale(curves, before)
-    samples = [each.sample for each in history]
-    ratios = (s.tangential_force / max(s.normal_force, LEAST_FORCE) for s in samples)
-    arm = _arm(samples)
-    parts: list[Any] = [
-        known * (now.readings - alone) / (scale * pressed),
-        [math.log(pressed), now.tangential_force / pressed, math.log(noise + 0.1)],
-        [max(0.0, *ratios), curves.left_by_turn(pressed, arm)],
-        *(
-            _changes(history[first:], curves, (scale, alone, arm), known)
-            for first in (*(max(last - lag, 0) for lag in LAGS), start)
-        ),
-        # How the object lies, leans and bends: what a plane would not cause.
-        known * (touch.readings - alone_then) / (scale_then * before),
-    ]
-    return np.concatenate([np.asarray(part, dtype=float) for part in parts])
+    known = np.where(_dead(path, curves, noise, rows), np.nan, 1.0)
+    largest = np.maximum.accumulate(path.tangential / path.pressed)[rows]
+    arm, start = path.arms[rows], path.before_pull(rows)
+    scale_then, alone_then = _scale(curves, path.pressed[start])
+    touch = (path.readings[start] - alone_then) / (scale_then * path.pressed[start])[:, None]
+    now = [np.log(pressed), pull / pressed, np.full(len(rows), math.log(noise + 0.1))]
+    now += [np.maximum(largest, 0.0), curves.left_by_turn(pressed, arm)]
+    # The changes of all spans at once: first (s, r), what follows (s, r) or (s, r, g).
+    first = np.array([*(np.maximum(rows - lag, 0) for lag in LAGS), start])
+    dx, dy, along, across = (path.ways[rows] - path.ways[first]).transpose(2, 0, 1)
+    rising, pulling = curves.expected(path.normal[first], dx, dy, arm)
+    way = np.maximum(along + across, _LEAST_MOTION)
+    rise, more = normal - path.normal[first], pull - path.tangential[first]
+    size = np.abs(more) + _NORMAL_SHARE * np.abs(rise) + _LEAST_CHANGE
+    change = path.readings[rows] - path.readings[first]
+    change -= alone - curves.pressed_at(path.normal[first])
+    shares = [rise / size, more / size, (rise - rising) / size, (more - pulling) / size]
+    shares += [dx / way, np.log(way), np.log(size / pressed)]
+    gages = known * change / (scale * size)[..., None]
+    changes = np.concatenate([gages, np.array(shares).transpose(1, 2, 0)], axis=2)
+    return np.concatenate(
+        [
+            known * (path.readings[rows] - alone) / (scale * pressed)[:, None],
+            np.array(now).T,
+            changes.transpose(1, 0, 2).reshape(len(rows), -1),
+            # How the object lies, leans and bends: what a plane would not cause.
+            known * touch,
+        ],
+        axis=1,
+    )
 
 
-def _dead(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
-    """Which gages (g,) have answered to nothing since a moment at which they should have."""
+@dataclass(frozen=True)
+class _Path:
+    """Moments as arrays: readings (n, g); forces and arms of the object's weight (n,), mm, as each
+    moment and those before show it; ways (n, 4), sums of dx, dy, |dx|, |dy|."""
+
+    readings: Array
+    normal: Array
+    pressed: Array
+    tangential: Array
+    arms: Array
+    ways: Array
+
+    @classmethod
+    def of(cls, history: Sequence[Moment]) -> Self:
+        samples = [each.sample for each in history]
+        readings = np.array([each.readings for each in samples])
+        forces = [(s.normal_force, s.tangential_force, s.torque or 0.0) for s in samples]
+        normal, pull, torque = np.array(forces).T
+        # Torque over F_t; 0 of a cell without torque.
+        arms = np.cumsum(torque * pull) / (np.cumsum(pull * pull) + _ARM_FORCE**2)
+        moves = np.array([(each.dx, each.dy, abs(each.dx), abs(each.dy)) for each in history])
+        return cls(readings, normal, np.maximum(normal, LEAST_FORCE), pull, arms, moves.cumsum(0))
+
+    def before_pull(self, rows: IntArray) -> IntArray:
+        """The last moment before the first pull; without one until a row the row itself."""
+        pulled = self.ways[:, 2] > 0.0
+        first = int(pulled.argmax()) if pulled.any() else len(pulled)
+        return np.where(rows < first, rows, max(first - 1, 0))
+
+
+def _dead(path: _Path, curves: FingerCurves, noise: float, rows: IntArray) -> BoolArray:
+    """Which gages (r, g) have answered to nothing since a moment at which they should have."""
     nothing = _NOTHING + _LOUDEST * noise
-    dead = np.zeros(len(history[-1].sample.readings), dtype=bool)
-    lately = np.array([each.sample.readings for each in history[-SILENT:]])
-    if len(lately) < SILENT or not (np.abs(lately) < nothing).all(axis=0).any():
-        return dead  # Each has answered: the past need not be searched.
-    readings = np.array([each.sample.readings for each in history])
-    answers = ~(np.abs(readings) < nothing)
-    # Samples since each gage's last answer.
-    silent = np.where(answers.any(axis=0), answers[::-1].argmax(axis=0), len(readings))
-    for gage in np.flatnonzero(silent >= SILENT):
-        first = len(readings) - silent[gage] + SILENT - 1
-        forces = [max(each.sample.normal_force, LEAST_FORCE) for each in history[first:]]
+    answers = ~(np.abs(path.readings) < nothing)
+    numbers = np.arange(len(answers))[:, None]
+    answered = np.maximum.accumulate(np.where(answers, numbers, -1), axis=0)[rows]
+    dead = np.zeros(answered.shape, dtype=bool)
+    for k, gage in np.argwhere(rows[:, None] - answered >= SILENT):
+        forces = path.pressed[answered[k, gage] + SILENT : rows[k] + 1]
         alone = np.interp(forces, curves.normal_force, curves.pressed[:, gage])
-        dead[gage] = np.abs(alone).max() > _HEARD * nothing
+        dead[k, gage] = np.abs(alone).max() > _HEARD * nothing
     return dead
 
 
-def _arm(samples: Sequence[Sample]) -> float:
-    """The arm of the object's weight, mm: torque over F_t; 0 of a cell without torque."""
-    if all(each.torque is None for each in samples):
-        return 0.0
-    force = np.array([each.tangential_force for each in samples])
-    torque = np.array([each.torque or 0.0 for each in samples])
-    return float(torque @ force) / (float(force @ force) + _ARM_FORCE**2)
-
-
-def _scale(curves: FingerCurves, pressed: float) -> tuple[float, Array]:
-    """The strongest gage's response to a shear where all sticks, microstrain/N, and the readings
-    under a normal force alone."""
-    strongest = float(np.abs(curves.sticking_at(pressed)).max())
-    return max(strongest, _LEAST_RESPONSE), curves.pressed_at(pressed)
-
-
-def _before_pull(history: Sequence[Moment]) -> int:
-    """The last moment before the first pull; without one the last of all."""
-    pulled = next((k for k, each in enumerate(history) if each.dx != 0.0), len(history))
-    return max(pulled - 1, 0)
-
-
-def _changes(
-    history: Sequence[Moment], curves: FingerCurves, last: tuple[float, Array, float], known: Array
-) -> Array:
-    """Changes from the first to the last of these moments: gages, then seven of the forces and
-    moves. last: :func:`_scale` of the last moment, and the arm so far."""
-    scale, alone, arm = last
-    before, now, moved = history[0].sample, history[-1].sample, history[1:]
-    dx, dy = sum(each.dx for each in moved), sum(each.dy for each in moved)
-    rising, pulling = curves.expected(before.normal_force, dx, dy, arm)
-    along = sum(abs(each.dx) for each in moved)
-    way = max(along + sum(abs(each.dy) for each in moved), _LEAST_MOTION)
-    rise = now.normal_force - before.normal_force
-    pull = now.tangential_force - before.tangential_force
-    size = abs(pull) + _NORMAL_SHARE * abs(rise) + _LEAST_CHANGE
-    pressed = max(now.normal_force, LEAST_FORCE)
-    change = now.readings - before.readings
-    change = change - (alone - curves.pressed_at(before.normal_force))
-    forces = [
-        rise / size,
-        pull / size,
-        (rise - rising) / size,
-        (pull - pulling) / size,
-        dx / way,
-        math.log(way),
-        math.log(size / pressed),
-    ]
-    return np.concatenate([known * change / (scale * size), forces])
+def _scale(curves: FingerCurves, pressed: Array) -> tuple[Array, Array]:
+    """The strongest gage's response (...) to a shear where all sticks, microstrain/N, and the
+    readings (..., g) under normal forces (...) alone."""
+    strongest = np.abs(curves.sticking_at(pressed)).max(axis=-1)
+    return np.maximum(strongest, _LEAST_RESPONSE), curves.pressed_at(pressed)

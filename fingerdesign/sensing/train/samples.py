@@ -10,7 +10,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.turning import turn_radius
 from fingerdesign.control.calibration import Bounds, calibrate
-from fingerdesign.control.features import LEAST_FORCE, FingerCurves, Moment, feature_count, features
+from fingerdesign.control.features import LEAST_FORCE, FingerCurves, Moment, feature_rows
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
 from fingerdesign.runtime.pool import Pool
@@ -121,14 +121,12 @@ def sample(
     # A rig measures the curves through its own gages, so they have the same gains.
     own = replace(own, pressed=gains * own.pressed, sticking=gains * own.sticking)
     rows, truths = [], []
-    steps = zip(grip.truths, grip.friction_utilisation, strict=True)
-    for k, (truth, utilisation) in enumerate(steps):
-        if k == 0 or truth.stick_ratio is None or truth.normal_force < 2.0 * LEAST_FORCE:
-            continue
-        rows.append(features(history[: k + 1], own, noise))
-        truths.append([truth.stick_ratio, utilisation])
-    count = feature_count(len(gains))
-    return np.array(rows).reshape(-1, count), np.array(truths).reshape(-1, 2)
+    for k, truth in enumerate(grip.truths):
+        if k > 0 and truth.stick_ratio is not None and truth.normal_force >= 2.0 * LEAST_FORCE:
+            rows.append(k)
+            truths.append([truth.stick_ratio, grip.friction_utilisation[k]])
+    inputs = feature_rows(history, own, noise, np.array(rows, dtype=int))
+    return inputs, np.array(truths).reshape(-1, 2)
 
 
 def _noisy(
