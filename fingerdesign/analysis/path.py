@@ -1,6 +1,7 @@
 """The scene's path, followed row by row; solved rows are recorded where a later one fails."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -33,7 +34,7 @@ def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
     made = rigid.made()
     if isinstance(made, Plane) and made.direction == (0.0, -1.0, 0.0) and body.step is None:
         return made.at_height(surface_of(body).crest)
-    return _let_down(made, body)[0]
+    return _let_down(rigid, body)[0]
 
 
 def problem_at_touch(model: ReducedModel, rigid: SceneObject, body: Body) -> ContactProblem:
@@ -43,19 +44,25 @@ def problem_at_touch(model: ReducedModel, rigid: SceneObject, body: Body) -> Con
 
 def touch_point(rigid: SceneObject, body: Body) -> tuple[float, float]:
     """Place (x, z), mm, at which the object first touches the undeformed finger."""
-    point = _let_down(rigid.made(), body)[1]
+    point = _let_down(rigid, body)[1]
     return float(point[0]), float(point[2])
 
 
-def _let_down(made: RigidObject, body: Body) -> tuple[RigidObject, Array]:
+def _let_down(rigid: SceneObject, body: Body) -> tuple[RigidObject, Array]:
     """The object where it first touches, and the point (3,) where it does."""
+    # Not of a STEP body, whose file may change.
+    return (_found_touch if body.step is None else _found_touch.__wrapped__)(rigid, body)
+
+
+@lru_cache(maxsize=256)  # The many objects of one finger: for its mesh, then for its contacts.
+def _found_touch(rigid: SceneObject, body: Body) -> tuple[RigidObject, Array]:
     surface = surface_of(body)
 
     def height(x: Array, z: Array) -> Array:
         found = np.asarray(surface.height(x, z))
         return np.where(np.isfinite(found), found, -np.inf)  # no surface there: nothing to touch
 
-    return touching(made, height, 0.5 * body.width_mm, 0.5 * body.depth_mm)
+    return touching(rigid.made(), height, 0.5 * body.width_mm, 0.5 * body.depth_mm)
 
 
 def targets(path: ScenePath) -> list[Motion | Forces]:

@@ -29,6 +29,7 @@ from fingerdesign.control.features import (
     FingerCurves,
     Moment,
     feature_count,
+    feature_rows,
     features,
     readings_at,
 )
@@ -170,6 +171,26 @@ def test_features_of_a_change_are_of_all_the_way_and_of_the_stiffness_half_way()
     found = features(history, curves, 0.5)
     for part in (since, since + 2 * (GAGES + 7)):  # Since the first pull too: there it begins.
         assert found[part : part + 7] == pytest.approx(expected)
+
+
+def test_all_moments_at_once_have_the_features_of_each():
+    """Of 40 moments: gages that die and answer again, a pull in between, a torque, a turn."""
+    rng = np.random.default_rng(3)
+    history = []
+    for k in range(40):
+        alive = (np.arange(GAGES) != 1) | (k <= 8) | (k >= 25)
+        forces = rng.uniform(0.02, 2.0), rng.uniform(-0.1, 1.0)
+        torque = None if k % 7 == 3 else rng.uniform(-1.0, 1.0)
+        sample = Sample(60.0 * alive * rng.standard_normal(GAGES), *forces, k > 30, torque)
+        dx = float(rng.choice([0.0, 0.01])) * (k > 5)
+        history.append(Moment(sample, dx, rng.uniform(0.0, 0.01)))
+    curves = replace(CURVES, pressed=30.0 * CURVES.pressed)
+    rows = np.array([0, 3, 12, 20, 30, 39])
+    found = feature_rows(history, curves, 0.5, rows)
+    each = [features(history[: row + 1], curves, 0.5) for row in rows]
+    np.testing.assert_allclose(found, each, rtol=1e-12, atol=1e-12)
+    assert np.isnan(found[3]).any()
+    assert not np.isnan(found[4]).any()
 
 
 def test_an_object_that_turns_gives_way_as_its_torque_shows():

@@ -142,6 +142,13 @@ def test_a_draw_keeps_what_it_does_not_change():
     assert middles[0] == pytest.approx(middles[1])
     assert found.grip.hardware.delay_samples == 8
     assert found.material_of("body").poissons_ratio == pytest.approx(0.3, rel=0.031)
+    # The finger of another object is the finger itself; the hand is the model's from the first on.
+    assert perturb(found, ["tilt", "radius"], 1).design is found
+    following = parse_design('design.name = "follows"')
+    softer = {"materials.silicone.youngs_modulus_MPa": 2.0}
+    held = with_values(perturb(following, ["tilt"], 0).design, softer).grip
+    assert held.max_approach_mm == following.grip.max_approach_mm
+    assert with_values(following, softer).grip.max_approach_mm != held.max_approach_mm
 
 
 @pytest.mark.slow

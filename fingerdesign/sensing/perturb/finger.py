@@ -92,9 +92,11 @@ def _drawn(design: Design, faults: tuple[str, ...], seed: int, attempt: int) -> 
         rows = keys["plates.placement"]
         keys["plates.placement"] = [[float(f"{v:.6f}") for v in row] for row in rows]
         draw.design.update(keys)
-    values = grip_values(design) | draw.design  # The hand knows the model alone.
+    known = grip_values(design)  # The hand knows the model alone.
+    if draw.design or not {f"grip.{key}" for key in design.grip.model_fields_set} >= known.keys():
+        design = with_values(design, known | draw.design)
     met = SceneObject(**draw.object)  # type: ignore[arg-type]
-    return PerturbedFinger(with_values(design, values), met, **draw.own)
+    return PerturbedFinger(design, met, **draw.own)
 
 
 def drawn_changes(
