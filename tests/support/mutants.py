@@ -560,8 +560,8 @@ fingerdesign/control/plants/lift.py | tests/control/test_turning_lift.py
 
 turning: the square of the arm over the turn radius is forgotten
 fingerdesign/control/features.py | tests/control/test_estimator.py
-- return 1.0 / (1.0 + (arm / radius) ** 2) if radius > 0.0 else 1.0
-+ return 1.0 / (1.0 + abs(arm) / radius) if radius > 0.0 else 1.0
+- return np.where(known, 1.0 / (1.0 + (arm / np.where(known, radius, 1.0)) ** 2), 1.0)
++ return np.where(known, 1.0 / (1.0 + np.abs(arm) / np.where(known, radius, 1.0)), 1.0)
 
 turning: the bench's curves lose the model's turn radius
 fingerdesign/control/estimator.py | tests/control/test_c_code.py
@@ -590,8 +590,8 @@ fingerdesign/control/plants/fingers.py | tests/control/test_lift.py
 
 estimator: a dead gage is forgotten where a press would not strain it
 fingerdesign/control/features.py | tests/control/test_estimator.py
-- dead[gage] = np.abs(alone).max() > _HEARD * nothing
-+ dead[gage] = np.abs(alone[-1]) > _HEARD * nothing
+- dead[k, gage] = np.abs(alone).max() > _HEARD * nothing
++ dead[k, gage] = np.abs(alone[-1]) > _HEARD * nothing
 
 estimator: a dead gage is completed without the roots of the relations
 fingerdesign/control/completion.py | tests/control/test_estimator.py
