@@ -191,7 +191,7 @@ def feature_rows(
         [
             known * (path.readings[rows] - alone) / (scale * pressed)[:, None],
             np.array(now).T,
-            changes.transpose(1, 0, 2).reshape(len(rows), -1),
+            changes.transpose(1, 0, 2).reshape(len(rows), len(first) * changes.shape[2]),
             # How the object lies, leans and bends: what a plane would not cause.
             known * touch,
         ],

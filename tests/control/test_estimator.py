@@ -191,6 +191,8 @@ def test_all_moments_at_once_have_the_features_of_each():
     np.testing.assert_allclose(found, each, rtol=1e-12, atol=1e-12)
     assert np.isnan(found[3]).any()
     assert not np.isnan(found[4]).any()
+    none = feature_rows(history, curves, 0.5, rows[:0])  # as of a grip that never presses
+    assert none.shape == (0, feature_count(GAGES))
 
 
 def test_an_object_that_turns_gives_way_as_its_torque_shows():
