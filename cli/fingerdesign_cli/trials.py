@@ -182,11 +182,18 @@ def _show_recorded(data: sets.RecordedData, report: Path) -> None:
     click.echo(f"report: {report}")
 
 
-def _gripbench(target: Path, hands: Hands, workers: int, held_out: str | None) -> int:
-    grid, design = gripbench.benchmark_grid(held_out), gripbench.benchmark_design()
+def _journal(target: Path, hands: Hands) -> Path:
+    """The journal of the grips for a folder; begun again where a program is judged, whose file may
+    have changed."""
     journal = journal_beside(target.absolute())
     if hands.program is not None:
-        journal.unlink(missing_ok=True)  # Its file may have changed: nobody knows which it is.
+        journal.unlink(missing_ok=True)
+    return journal
+
+
+def _gripbench(target: Path, hands: Hands, workers: int, held_out: str | None) -> int:
+    grid, design = gripbench.benchmark_grid(held_out), gripbench.benchmark_design()
+    journal = _journal(target, hands)
     options = StudyOptions(estimator_for(design, hands.estimator_file, "plane-strain"), workers)
     with recorded(gripbench.FOLDER, target, journal) as (folder, show):
         found = run_study(design, hands.names, grid, journal, replace(options, report=show))
@@ -218,7 +225,7 @@ def _lifts(
     design, _ = read_case(design_file)
     estimator = estimator_for(design, hands.estimator_file, fidelity, hands.names)
     options = StudyOptions(estimator, workers, fidelity)
-    grid, journal = axes.grid(), journal_beside(target.absolute())
+    grid, journal = axes.grid(), _journal(target, hands)
     with recorded(lerobot.FOLDER, target, journal, "--to") as (folder, show):
         options = replace(options, report=show)
         info = run_lifts(design, hands.names, grid, folder, journal, options)
@@ -239,7 +246,7 @@ def _study(
     setting = TuningSetting(axes.noises) if axes.noises else TuningSetting()
     estimator = estimator_for(design, hands.estimator_file, fidelity, hands.names)
     options = StudyOptions(estimator, workers, fidelity, tuning=setting if hands.tune else None)
-    journal = journal_beside(target.absolute())
+    journal = _journal(target, hands)
     with recorded(FOLDER, target, journal) as (folder, show):
         found = run_study(design, hands.names, grid, journal, replace(options, report=show))
         show("writing", 1.0)

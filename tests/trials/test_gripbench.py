@@ -149,6 +149,22 @@ def test_a_class_and_programs_of_two_languages_score_alike(small, in_tmp_path, t
     assert sum(shares) == scores[0]["success"]["count"]
 
 
+@pytest.mark.parametrize("work", [[], ["--to", "lerobot", "lifts"]], ids=["study", "lerobot"])
+def test_a_programs_grips_are_not_taken_over(work, in_tmp_path, tmp_path, terminal):
+    """It may have been edited since: a run that was interrupted begins again."""
+    pytest.importorskip("pyarrow") if work else None
+    grip = ("--friction", "0.5", "--mass-g", "200", "--noise", "0.5", "--no-tug", "--workers", "1")
+    asked = ["study", "sensitive", *grip, "--program", f"{sys.executable} hand.py", *work]
+    (tmp_path / "hand.py").write_text(IN_PYTHON)
+    name = "lifts" if work else "out/study/sensitive"
+    stale = tmp_path / f"{name}.unfinished.sqlite"
+    stale.parent.mkdir(parents=True, exist_ok=True)
+    stale.write_text("no journal: it would be refused if it were read")
+    terminal(*asked)
+    assert (tmp_path / name).is_dir()
+    assert not stale.exists()
+
+
 def test_the_interval_is_over_fingers():
     """Grips of one finger stand or fall together: as 5 of 10 fingers, not as 20 of 40 grips."""
     assert beta_binomial_share([4, 0] * 5, [4] * 10).low < 0.27
