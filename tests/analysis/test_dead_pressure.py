@@ -89,6 +89,17 @@ def test_the_forecast_is_near_in_three_dimensions_too():
     assert sound_pressure(design) < 0.85 < greatest_possible(design)
 
 
+def test_a_block_buckles_over_its_thinner_side():
+    """Both bounds are of a strut, and the same with width and depth exchanged."""
+    sides = ({"body.width_mm": w, "body.depth_mm": d} for w, d in ((4.0, 12.0), (12.0, 4.0)))
+    tall = 'design.name = "tall"\nplates.count = 0\n[body]\nshape = "block"\nbase_height_mm = 12.0'
+    thin, deep = (with_values(parse_design(tall), each) for each in sides)
+    cube = with_values(thin, {"body.width_mm": 12.0})
+    for bound in (sound_pressure, greatest_possible):
+        assert bound(thin) == pytest.approx(bound(deep))
+        assert bound(thin) < 0.5 * bound(cube)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("case", [TABLE[k] for k in (1, 3, 4, 7, 11, 15, 17)], ids=str)
 def test_runs_below_the_lower_bound_have_answers_and_those_beyond_the_upper_fail(case):

@@ -75,8 +75,8 @@ def test_a_file_brings_the_same_estimator_back_and_each_noise_has_its_network():
         before.estimate(history).friction_utilisation, abs=1e-3
     )  # 16-bit weights
     assert after.to_json() == before.to_json()
-    bands = [before.at_noise(noise).band for noise in (1.0, 2.0, 100.0)]
-    assert [before.bands.index(band) for band in bands] == [0, 1, 1]
+    bands = [before.at_noise(noise).band for noise in (1.0, 1.6, 2.0, 15.0, 100.0)]
+    assert [before.bands.index(band) for band in bands] == [0, 0, 1, 1, 1]
 
 
 def test_a_file_holds_16_bits_a_weight_and_one_of_full_weights_is_read_too():

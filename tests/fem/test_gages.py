@@ -106,6 +106,15 @@ def test_a_tee_in_plane_strain_is_a_single_gage(section):
     assert tee.weights(0.33)[0] == pytest.approx((1.0 + 0.33 * 0.01) / (1.0 - 0.285 * 0.01))
 
 
+@pytest.mark.parametrize(("grid", "across"), [("axial", 0.0), ("tee", 0.33)])
+def test_a_grid_that_is_stretched_across_reads_more(grid, across):
+    """By its sensitivity, of whichever sign; a tee by that and by its weight."""
+    for own in (0.02, -0.02):
+        found = Gages(grid=grid, transverse_sensitivity=own).weights(0.33)
+        scale = 1.0 - 0.285 * own
+        assert found == pytest.approx(((1.0 + across * own) / scale, (across + own) / scale))
+
+
 def test_pairs_read_half_their_difference(whole, section):
     """Plates at +30 and -30 degrees under shear; both places hold what the one bridge reads."""
     pairs = Gages(grid="double_axial", length_mm=1.0, width_mm=0.6)

@@ -2,6 +2,7 @@
 
 import gzip
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,16 @@ def test_data_that_is_no_design_is_named_and_not_drawn(spoil, note):
     assert packed["body"] is None
     assert note in packed["note"]
     json.dumps(packed, allow_nan=False)
+
+
+def test_the_contact_of_half_a_model_is_drawn_with_its_mirror_image():
+    design = data_of(PAPER)
+    (made,) = any_outcomes(1, seed=3, failed=0.0, deep=True)
+    depth = np.linspace(0.0, 4.0, len(made.traces.contact_x_mm))
+    traces = replace(made.traces, contact_z_mm=tuple(depth.tolist()))
+    touch = packed_geometry(design, traces)["touch"]
+    z = points(touch["places"])[:, 2].reshape(-1, 2)
+    np.testing.assert_allclose(z, np.column_stack([depth, -depth]), atol=1e-3)
 
 
 @pytest.mark.parametrize("number", range(3))

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.search.compare.recommend import fails_purpose
@@ -393,8 +394,9 @@ def test_a_refused_study_adds_nothing_to_the_journal(tmp_path):
     others = SMALL.model_copy(update={"study": SMALL.study.model_copy(update={"seed": 6})})
     more = SMALL.objectives[0].model_copy(update={"metric": "plates"})
     second = SMALL.model_copy(update={"objectives": (*SMALL.objectives, more)})
-    for other in (others, second):
-        with pytest.raises(DesignError, match="setting and version"), Trials(other, BASE, journal):
+    edited = with_values(BASE, {"grip.object_mass_g": 321.0})
+    for other, base in ((others, BASE), (second, BASE), (SMALL, edited)):
+        with pytest.raises(DesignError, match="setting and version"), Trials(other, base, journal):
             pass
         assert journal.read_bytes() == whole
     with Trials(SMALL, BASE, journal) as trials:

@@ -126,6 +126,10 @@ def test_a_slider_that_moves_on_is_one_change():
     now[0] = 5.0
     history.record(states[3], frozenset({"b"}))
     assert [each.values["k"] for each in history.back] == [0, 2, 3]
+    # After undo the slider's next move is a change of its own, however soon.
+    assert history.undo(states[0]) is states[3]
+    history.record(states[1], frozenset({"b"}))
+    assert history.undo(states[0]) is states[1]
 
 
 def test_undo_after_save_keeps_the_file_and_takes_the_change_back(tmp_path):

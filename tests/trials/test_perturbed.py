@@ -172,6 +172,9 @@ def test_patches_are_the_objects_own():
     assert 0.8 <= shares.min() < 0.9
     assert 1.1 < shares.max() <= 1.2
     assert np.abs(np.diff(shares)).max() < 0.4 * 0.0101  # 1 mm from one value to the next
+    deep, high = np.roll(points, 2, axis=1), np.roll(points, 1, axis=1)
+    assert np.ptp(found.friction_fractions(deep)) > 0.2
+    assert np.ptp(found.friction_fractions(high)) == 0.0
     np.testing.assert_array_equal(held.friction_share, found.friction_fractions(held.model.points))
     assert perturb(parse_design(COARSE), [], 3).friction_fractions(points) is None
 
